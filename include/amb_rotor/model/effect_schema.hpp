@@ -1,0 +1,57 @@
+#pragma once
+// What the model file, the reports and the diagnosis need to know of an effect without knowing its
+// physics: its name, its parameters with units and limits, and the data that can show it.
+#include <string>
+#include <vector>
+
+namespace amb_rotor {
+
+/// How a parameter takes part in a fit.
+enum class ParameterRole {
+  plain,      ///< a number of its own
+  amplitude,  ///< with the phase that follows it a vector in the rotor: fitted as a cos p, a sin p
+  phase,      ///< belongs to the amplitudes before it, back to the last phase
+  fixed       ///< a reference or a choice; stays at `typical` in a fit
+};
+
+struct ParameterSchema {
+  std::string name;
+  std::string unit;   ///< SI; "1" for a pure number
+  double lower;       ///< values outside [lower, upper] are refused
+  double upper;
+  double typical;     ///< a plausible strength: start of a fit and scale of its step
+  double neutral;     ///< at this value (of the plain and amplitude parameters) the effect vanishes; NaN: never
+  ParameterRole role;
+  std::string meaning;
+};
+
+struct EffectSchema {
+  std::string id;          ///< as in model files
+  std::string summary;     ///< one sentence
+  std::string excited_by;  ///< the data that can show it, in words
+  std::vector<ParameterSchema> parameters;
+  bool needs_contact = false;  ///< cannot be seen without contact
+
+  int indexOf(const std::string& name) const {
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (parameters[i].name == name) return static_cast<int>(i);
+    return -1;
+  }
+};
+
+/// The effects that a program knows, in the order in which they act.
+class EffectCatalogue {
+ public:
+  explicit EffectCatalogue(std::vector<EffectSchema> schemas) : schemas_(std::move(schemas)) {}
+  const std::vector<EffectSchema>& all() const { return schemas_; }
+  const EffectSchema* find(const std::string& id) const {
+    for (const auto& schema : schemas_)
+      if (schema.id == id) return &schema;
+    return nullptr;
+  }
+
+ private:
+  std::vector<EffectSchema> schemas_;
+};
+
+}  // namespace amb_rotor

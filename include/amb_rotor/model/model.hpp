@@ -1,0 +1,40 @@
+#pragma once
+// A model: a rig as believed, a choice of rotor and bearing model, and a list of effects.
+// File format amb-model/1; doc/formats.md.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/model/effect_schema.hpp"
+#include "amb_rotor/model/rig.hpp"
+
+namespace amb_rotor {
+
+/// One entry of `effects:`; values in the order of the effect's schema.
+struct EffectSetting {
+  std::string id;
+  std::vector<double> values;
+};
+
+/// Modes of a flexible rotor, per plane (x or y), in a basis where mass, stiffness and damping are
+/// diagonal: m_k q_k'' + d_k q_k' + k_k q_k +- Omega sum_l g_kl q_l' = sum_planes shape_k(z) F(z).
+/// Filled from a geometry by the rotor layer; a model of rigid_mass or rigid_beam has none.
+struct FlexibleModes {
+  std::vector<double> mass, stiffness, damping;  ///< n each
+  std::vector<double> gyroscopic;                ///< n*n, symmetric
+  std::vector<double> z_m;                       ///< axial positions at which shapes are tabulated
+  std::vector<double> shape;                     ///< z_m.size() * n, row by row
+};
+
+struct Model {
+  std::string name;
+  RotorModel rotor_model = RotorModel::rigid_beam;
+  AmbModel amb_model = AmbModel::linear;
+  Rig<double> rig;
+  std::map<std::string, double> uncertainty;  ///< by dotted path; relative but for offsets and phases
+  std::vector<EffectSetting> effects;
+  FlexibleModes flexible;       ///< for RotorModel::flexible
+  std::string rotor_geometry;   ///< path of the geometry file as given; empty without
+};
+
+}  // namespace amb_rotor
