@@ -1,0 +1,49 @@
+# Language, build type, warnings, ccache.
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, RelWithDebInfo or Debug" FORCE)
+endif()
+
+set(CMAKE_CXX_STANDARD 17)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+# No -ffast-math: the located events and the error estimates rely on IEEE arithmetic and on NaN.
+# NDEBUG switches off the assertions of the libraries (Eigen); AMB_ROTOR_CHECK stays in all builds.
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+
+find_program(AMB_ROTOR_CCACHE ccache)
+if(AMB_ROTOR_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${AMB_ROTOR_CCACHE}")
+endif()
+
+option(AMB_ROTOR_SANITIZE "address and undefined-behaviour sanitizers" OFF)
+if(AMB_ROTOR_SANITIZE)
+  add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
+# amb_rotor_warnings(TARGET...): our own code is free of warnings.
+function(amb_rotor_warnings)
+  foreach(target IN LISTS ARGN)
+    target_compile_options(${target} PRIVATE -Wall -Wextra)
+  endforeach()
+endfunction()
+
+# amb_rotor_simd_sources(SOURCE...): files named *_avx2.cpp and *_avx512.cpp get their instruction set,
+# every other file the baseline of the machine's architecture. The code selects one at run time.
+# (GCC 12 warns of uninitialised values inside its own AVX-512 headers.)
+function(amb_rotor_simd_sources)
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
+    return()
+  endif()
+  foreach(source IN LISTS ARGN)
+    if(source MATCHES "_avx2\\.cpp$")
+      set_source_files_properties("${source}" PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma")
+    elseif(source MATCHES "_avx512\\.cpp$")
+      set_source_files_properties("${source}" PROPERTIES COMPILE_OPTIONS
+        "-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mfma;-mprefer-vector-width=512;-Wno-uninitialized;-Wno-maybe-uninitialized")
+    endif()
+  endforeach()
+endfunction()
