@@ -1,0 +1,128 @@
+"""What the subcommands share: where output goes, files that appear whole, progress, children that end."""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import math
+import os
+import pathlib
+import secrets
+import signal
+import subprocess
+import sys
+from typing import Any, Iterable, Iterator
+
+from amb_rotor.errors import InputError
+
+
+def input_path(text: str) -> pathlib.Path:
+    """The path of an existing file or folder, as an argument."""
+    path = pathlib.Path(text)
+    if not path.exists():
+        raise InputError(f"{text}: there is no such file or folder")
+    return path
+
+
+def add_out(parser: argparse.ArgumentParser, command: str) -> None:
+    """`--out DIR` with the default of all subcommands that write a folder."""
+    parser.add_argument("--out", metavar="DIR",
+                        help=f"folder for what is written (default: out/{command}-NAME)")
+
+
+def out_folder(args: argparse.Namespace, command: str, name: str) -> pathlib.Path:
+    """The folder to write to, made: `--out`, or out/COMMAND-NAME in the caller's folder."""
+    folder = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"{command}-{name}"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def report_line(path: os.PathLike | str) -> None:
+    """The last line of a subcommand's output: names what it wrote."""
+    print(f"report: {path}", flush=True)
+
+
+@contextlib.contextmanager
+def atomic_path(path: os.PathLike | str) -> Iterator[pathlib.Path]:
+    """A path beside `path` to write to. It takes the name `path` when the block ends, and goes if it fails."""
+    target = pathlib.Path(path)
+    # The suffix stays last: writers such as numpy.savez look at it.
+    part = target.with_name(f".{secrets.token_hex(4)}.part.{target.name}")
+    try:
+        yield part
+        os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def atomic_write(path: os.PathLike | str, content: str | bytes) -> None:
+    """Writes a file that is there whole or not at all."""
+    with atomic_path(path) as part:
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def _plain(value: Any) -> Any:
+    """numpy's numbers and arrays as Python's, and NaN as null: JSON has no NaN."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    return value
+
+
+def write_json(args: argparse.Namespace, result: Any) -> None:
+    """Writes the result where `--json` says; nothing where it is not given."""
+    if not args.json:
+        return
+    text = json.dumps(_plain(result), indent=2, allow_nan=False) + "\n"
+    if args.json == "-":
+        sys.stdout.write(text)
+    else:
+        atomic_write(args.json, text)
+
+
+def progress(items: Iterable, description: str, total: int | None = None) -> Iterable:
+    """A progress bar over `items` on stderr; none when stderr is not a terminal, or work ends in a second."""
+    if not sys.stderr.isatty():
+        return items
+    from tqdm import tqdm
+    return tqdm(items, desc=description, total=total, delay=1.0, leave=False)
+
+
+def progress_bar(total: int, description: str):
+    """The same for work that is not a loop: has update(n) and close(), and is a context manager."""
+    from tqdm import tqdm
+    return tqdm(total=total, desc=description, delay=1.0, leave=False, disable=not sys.stderr.isatty())
+
+
+def end_group(process: subprocess.Popen, patience: float = 10.0) -> None:
+    """Ends a child and all that it started: asks first, then kills."""
+    for signum, seconds in ((signal.SIGINT, patience), (signal.SIGTERM, 3.0), (signal.SIGKILL, None)):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signum)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(seconds)
+            break
+    # What the child started may outlive it.
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+@contextlib.contextmanager
+def child(command: list, patience: float = 10.0, **options) -> Iterator[subprocess.Popen]:
+    """A child process in a group of its own; however the block ends, the whole group is gone after it.
+
+    A group of its own does not see the terminal's Ctrl-C: we do, and pass it on in order.
+    """
+    options.setdefault("stdin", subprocess.DEVNULL)
+    process = subprocess.Popen([os.fspath(part) for part in command], start_new_session=True, **options)
+    try:
+        yield process
+    finally:
+        end_group(process, patience)
