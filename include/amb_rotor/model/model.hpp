@@ -35,6 +35,8 @@ struct Model {
   std::vector<EffectSetting> effects;
   FlexibleModes flexible;       ///< for RotorModel::flexible
   std::string rotor_geometry;   ///< path of the geometry file as given; empty without
+  std::string folder;           ///< of the file it was read from: the geometry's path is relative to it
+  std::string revision;         ///< YAML text of the optional `revision:` block (who changed what, and why)
 };
 
 }  // namespace amb_rotor

@@ -1,0 +1,198 @@
+#include "amb_rotor/model/model_reader.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "amb_rotor/model/model_rules.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+void readPlanes(YamlMap planes, Model& model) {
+  const auto pair = [&](const char* name, double(&z)[2]) {
+    YamlMap plane = planes.map(name);
+    z[0] = plane.number("a");
+    z[1] = plane.number("b");
+    plane.finish();
+  };
+  pair("amb", model.rig.planes.amb);
+  pair("sensor", model.rig.planes.sensor);
+  pair("aux", model.rig.planes.aux);
+  planes.finish();
+}
+
+/// False where the bearing's model is not known: then its other keys cannot be judged.
+bool readAmb(YamlMap amb, Model& model) {
+  auto& values = model.rig.amb;
+  const int kind = amb.choice("model", {"linear", "equivalent"});
+  if (kind < 0) return false;
+  model.amb_model = kind == 0 ? AmbModel::linear : AmbModel::equivalent;
+  if (model.amb_model == AmbModel::linear) {
+    values.current_stiffness_N_per_A = amb.number("current_stiffness_N_per_A");
+    values.displacement_stiffness_N_per_m = amb.number("displacement_stiffness_N_per_m");
+    values.bias_current_A = amb.number("bias_current_A");
+    values.air_gap_m = amb.number("air_gap_m");
+    values.bias_flux_density_T = amb.optionalNumber("bias_flux_density_T").value_or(0.0);
+    values.amplifier_bandwidth_hz = amb.number("amplifier_bandwidth_hz");
+    values.max_current_A = amb.number("max_current_A");
+  } else {
+    values.stiffness_N_per_m = amb.number("stiffness_N_per_m");
+    values.damping_N_s_per_m = amb.number("damping_N_s_per_m");
+  }
+  amb.finish();
+  return true;
+}
+
+void readController(YamlMap controller, Model& model) {
+  auto& values = model.rig.controller;
+  controller.choice("type", {"pid"});
+  values.sample_rate_hz = controller.number("sample_rate_hz");
+  values.kp_A_per_m = controller.number("kp_A_per_m");
+  values.kd_A_s_per_m = controller.number("kd_A_s_per_m");
+  values.ki_A_per_m_s = controller.number("ki_A_per_m_s");
+  values.derivative_filter_hz = controller.number("derivative_filter_hz");
+  values.delay_s = controller.number("delay_s");
+  controller.finish();
+}
+
+void readAuxiliaryBearing(YamlMap bearing, Model& model) {
+  auto& values = model.rig.auxiliary_bearing;
+  values.clearance_m = bearing.number("clearance_m");
+  values.rotor_radius_m = bearing.number("rotor_radius_m");
+  YamlMap contact = bearing.map("contact");
+  contact.choice("model", {"linear"});  // other laws are effects
+  values.stiffness_N_per_m = contact.number("stiffness_N_per_m");
+  values.damping_N_s_per_m = contact.number("damping_N_s_per_m");
+  contact.finish();
+  values.friction_coefficient = bearing.number("friction_coefficient");
+  bearing.choice("mount", {"rigid"});
+  bearing.finish();
+}
+
+void readUncertainty(YamlMap uncertainty, Model& model) {
+  const std::vector<std::string> known = uncertaintyNames(model.amb_model);
+  for (const std::string& name : uncertainty.keys()) {
+    const double value = uncertainty.number(name);
+    const bool exact = value == 0.0 && std::find(known.begin(), known.end(), name) != known.end();
+    if (!exact) model.uncertainty[name] = value;
+  }
+}
+
+void readRotor(YamlMap rotor, Model& model) {
+  const int kind = rotor.choice("model", {"rigid_mass", "rigid_beam", "flexible"});
+  if (kind < 0) return;
+  model.rotor_model = kind == 0   ? RotorModel::rigid_mass
+                      : kind == 1 ? RotorModel::rigid_beam
+                                  : RotorModel::flexible;
+  if (model.rotor_model == RotorModel::flexible) {
+    model.rotor_geometry = rotor.text("geometry");
+    const std::filesystem::path file = std::filesystem::path(model.folder) / model.rotor_geometry;
+    std::error_code ignored;
+    if (!model.rotor_geometry.empty() && !std::filesystem::is_regular_file(file, ignored))
+      rotor.fault("geometry", "there is no such file (paths are relative to the model file)");
+  }
+  rotor.finish();
+}
+
+void readEffects(YamlMap& root, const EffectCatalogue& catalogue, Model& model) {
+  FaultList& faults = root.faults();
+  std::size_t index = 0;
+  for (const YamlNode& item : root.list("effects")) {
+    YamlMap entry(&item, "effects." + std::to_string(index++), faults);
+    EffectSetting effect;
+    effect.id = entry.text("effect");
+    const EffectSchema* schema = catalogue.find(effect.id);
+    const YamlNode* parameters = entry.take("parameters", true);
+    entry.finish();
+    if (effect.id.empty()) continue;
+    const std::string path = "effects." + effect.id;
+    if (schema == nullptr) {
+      std::vector<std::string> ids;
+      for (const auto& known : catalogue.all()) ids.push_back(known.id);
+      entry.fault("effect", "the effect is not known; nearest: " + nearestWord(effect.id, ids));
+      continue;
+    }
+    YamlMap values(parameters, path, faults);
+    for (const ParameterSchema& parameter : schema->parameters)
+      effect.values.push_back(values.number(parameter.name));
+    values.finish();
+    faults.noteLine(path, item.line);
+    model.effects.push_back(std::move(effect));
+  }
+}
+
+}  // namespace
+
+std::vector<Unbalance<double>> readUnbalance(YamlMap& owner, const std::string& key) {
+  std::vector<Unbalance<double>> entries;
+  for (const YamlNode& item : owner.list(key)) {
+    YamlMap entry(&item, owner.pathOf(key) + "." + std::to_string(entries.size()), owner.faults());
+    Unbalance<double> unbalance{not_a_number, not_a_number, not_a_number};
+    unbalance.plane_z_m = entry.number("plane_z_m");
+    unbalance.moment_kg_m = entry.number("moment_kg_m");
+    unbalance.phase_rad = entry.number("phase_rad");
+    entry.finish();
+    entries.push_back(unbalance);
+  }
+  return entries;
+}
+
+void readRig(YamlMap& rig, Model& model) {
+  // What cannot be read stays NaN, so that no rule is checked on it.
+  Rig<double>::visit(model.rig, [](const char*, double& value) { value = not_a_number; });
+  YamlMap rotor = rig.map("rotor");
+  model.rig.rotor.mass_kg = rotor.number("mass_kg");
+  model.rig.rotor.transverse_inertia_kg_m2 = rotor.number("transverse_inertia_kg_m2");
+  model.rig.rotor.polar_inertia_kg_m2 = rotor.number("polar_inertia_kg_m2");
+  rotor.finish();
+  readPlanes(rig.map("planes"), model);
+  if (readAmb(rig.map("amb"), model)) {
+    if (model.amb_model == AmbModel::linear) {
+      readController(rig.map("controller"), model);
+    } else if (rig.has("controller")) {
+      rig.fault("controller", "must be absent: an equivalent bearing has no controller");
+    }
+  } else {
+    rig.has("controller");
+  }
+  readAuxiliaryBearing(rig.map("auxiliary_bearing"), model);
+  model.rig.unbalance = readUnbalance(rig, "unbalance");
+  model.rig.gravity_m_s2 = rig.number("gravity_m_s2");
+  readUncertainty(rig.map("uncertainty"), model);
+  rig.finish();
+  // Fields that have no meaning for this bearing model are 0, not NaN.
+  Rig<double>::visit(model.rig, [&](const char* name, double& value) {
+    if (!rigFieldApplies(name, model.amb_model)) value = 0.0;
+  });
+}
+
+Model parseModel(const std::string& text, const std::string& name, const EffectCatalogue& catalogue) {
+  FaultList faults(name);
+  const YamlNode document = parseYaml(text, faults);
+  YamlMap root(&document, "", faults);
+  requireFormat(root, "amb-model/1");
+  Model model;
+  model.folder = std::filesystem::path(name).parent_path().string();
+  model.name = root.text("name");
+  YamlMap rig = root.map("rig");
+  if (rig.valid()) readRig(rig, model);
+  readRotor(root.map("rotor"), model);
+  readEffects(root, catalogue, model);
+  if (root.has("revision")) {
+    const YamlNode* revision = root.take("revision", true);
+    if (revision != nullptr) model.revision = yamlText(*revision, 0);
+  }
+  root.finish();
+  if (rig.valid()) faults.addRules(checkModel(model, catalogue, true));
+  faults.throwIfAny();
+  return model;
+}
+
+Model readModel(const std::string& path, const EffectCatalogue& catalogue) {
+  return parseModel(readTextFile(path), path, catalogue);
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,244 @@
+#include "amb_rotor/model/model_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "amb_rotor/model/yaml_document.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr bool above = true;
+constexpr bool from = false;
+
+bool startsWith(const std::string& text, const std::string& head) {
+  return text.compare(0, head.size(), head) == 0;
+}
+
+std::string fieldPath(const char* name, std::size_t unbalance_index) {
+  const std::string path = name;
+  const std::string list = "unbalance.";
+  if (!startsWith(path, list)) return "rig." + path;
+  return "rig." + list + std::to_string(unbalance_index / 3) + "." + path.substr(list.size());
+}
+
+/// Calls f(path with index, name, field) for every field of the rig.
+template <class R, class F>
+void visitRig(R& rig, F&& f) {
+  std::size_t unbalance_index = 0;
+  Rig<double>::visit(rig, [&](const char* name, auto& value) {
+    f(fieldPath(name, unbalance_index), name, value);
+    if (startsWith(name, "unbalance.")) ++unbalance_index;
+  });
+}
+
+/// Collects the faults of relations between values; a relation that needs an unreadable value is left out.
+class Relations {
+ public:
+  explicit Relations(std::vector<Fault>& faults) : faults_(faults) {}
+  void require(const std::string& path, double value, double other, bool holds, const std::string& rule) {
+    if (std::isfinite(value) && std::isfinite(other) && !holds)
+      faults_.push_back({"", 0, path, numberText(value), rule});
+  }
+
+ private:
+  std::vector<Fault>& faults_;
+};
+
+void checkRelations(const Model& model, std::vector<Fault>& faults) {
+  const auto& rig = model.rig;
+  Relations relations(faults);
+  relations.require("rig.rotor.polar_inertia_kg_m2", rig.rotor.polar_inertia_kg_m2,
+                    rig.rotor.transverse_inertia_kg_m2,
+                    rig.rotor.polar_inertia_kg_m2 <= 2.0 * rig.rotor.transverse_inertia_kg_m2,
+                    "must be at most twice the transverse inertia, " +
+                        numberText(2.0 * rig.rotor.transverse_inertia_kg_m2) +
+                        " kg m2 (no body has a larger one: triangle inequality)");
+  const auto ordered = [&](const std::string& name, const double(&z)[2]) {
+    relations.require("rig.planes." + name + ".b", z[1], z[0], z[0] < z[1],
+                      "must be above plane a, " + numberText(z[0]) + " m (end B is at the larger z)");
+  };
+  ordered("amb", rig.planes.amb);
+  ordered("sensor", rig.planes.sensor);
+  ordered("aux", rig.planes.aux);
+  if (model.amb_model != AmbModel::linear) return;
+  relations.require("rig.auxiliary_bearing.clearance_m", rig.auxiliary_bearing.clearance_m, rig.amb.air_gap_m,
+                    rig.auxiliary_bearing.clearance_m < rig.amb.air_gap_m,
+                    "must be below the air gap, " + numberText(rig.amb.air_gap_m) +
+                        " m (or the rotor hits the magnets before the auxiliary bearing)");
+  relations.require("rig.amb.bias_current_A", rig.amb.bias_current_A, rig.amb.max_current_A,
+                    rig.amb.bias_current_A <= rig.amb.max_current_A,
+                    "must be at most max_current_A, " + numberText(rig.amb.max_current_A) + " A");
+  const double samples = rig.controller.delay_s * rig.controller.sample_rate_hz;
+  constexpr double round_off = 1e-9;  // of a product such as 0.002 s * 10000 Hz
+  relations.require("rig.controller.delay_s", rig.controller.delay_s, rig.controller.sample_rate_hz,
+                    samples <= max_delay_samples + round_off,
+                    "must be at most " + numberText(max_delay_samples) + " samples, " +
+                        numberText(max_delay_samples / rig.controller.sample_rate_hz) + " s");
+}
+
+void checkUncertainty(const Model& model, bool skip_unreadable, std::vector<Fault>& faults) {
+  const auto names = uncertaintyNames(model.amb_model);
+  for (const auto& entry : model.uncertainty) {
+    const std::string path = "rig.uncertainty." + entry.first;
+    if (std::find(names.begin(), names.end(), entry.first) == names.end()) {
+      faults.push_back({"", 0, path, numberText(entry.second),
+                        "no number of this rig has this name; nearest: " + nearestWord(entry.first, names)});
+    } else if (std::isfinite(entry.second) ? entry.second < 0.0 : !skip_unreadable) {
+      faults.push_back(
+          {"", 0, path, numberText(entry.second),
+           "must be from 0 (a standard deviation; relative, but rad for a phase, m for an offset)"});
+    }
+  }
+}
+
+void checkEffects(const Model& model, const EffectCatalogue& catalogue, bool skip_unreadable,
+                  std::vector<Fault>& faults) {
+  std::set<std::string> seen;
+  for (const EffectSetting& effect : model.effects) {
+    const std::string path = "effects." + effect.id;
+    const EffectSchema* schema = catalogue.find(effect.id);
+    if (schema == nullptr) {
+      std::vector<std::string> ids;
+      for (const auto& known : catalogue.all()) ids.push_back(known.id);
+      faults.push_back({"", 0, path, "", "the effect is not known; nearest: " + nearestWord(effect.id, ids)});
+      continue;
+    }
+    if (!seen.insert(effect.id).second)
+      faults.push_back({"", 0, path, "", "the effect stands twice; it may act once"});
+    if (effect.values.size() != schema->parameters.size()) {
+      faults.push_back({"", 0, path, "",
+                        "has " + std::to_string(effect.values.size()) + " values; its schema has " +
+                            std::to_string(schema->parameters.size())});
+      continue;
+    }
+    for (std::size_t i = 0; i < effect.values.size(); ++i) {
+      const ParameterSchema& parameter = schema->parameters[i];
+      const double value = effect.values[i];
+      if (!std::isfinite(value) && skip_unreadable) continue;
+      if (value >= parameter.lower && value <= parameter.upper) continue;
+      faults.push_back({"", 0, path + "." + parameter.name, numberText(value),
+                        "must be from " + numberText(parameter.lower) + " to " + numberText(parameter.upper) +
+                            " " + parameter.unit + " (" + parameter.meaning + ")"});
+    }
+  }
+}
+
+}  // namespace
+
+std::string FieldLimit::text() const {
+  const std::string lowest = numberText(lower) + " " + unit;
+  std::string rule = "must be a finite number";
+  if (std::isfinite(lower)) rule = std::string("must be ") + (lower_is_open ? "above " : "from ") + lowest;
+  if (std::isfinite(upper)) rule += " to " + numberText(upper) + " " + unit;
+  return rule + " (" + reason + ")";
+}
+
+const std::vector<FieldLimit>& rigLimits() {
+  static const std::vector<FieldLimit> limits = {
+      {"rotor.mass_kg", 0, above, unlimited, "kg", "a rotor has a mass"},
+      {"rotor.transverse_inertia_kg_m2", 0, above, unlimited, "kg m2", "a rotor resists tilting"},
+      {"rotor.polar_inertia_kg_m2", 0, from, unlimited, "kg m2", "0: no gyroscopic moment"},
+      {"planes.amb.a", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"planes.amb.b", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"planes.sensor.a", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"planes.sensor.b", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"planes.aux.a", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"planes.aux.b", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"amb.current_stiffness_N_per_A", 0, above, unlimited, "N/A", "a current pulls towards its coil"},
+      {"amb.displacement_stiffness_N_per_m", 0, from, unlimited, "N/m",
+       "a magnet pulls off centre, never back"},
+      {"amb.bias_current_A", 0, above, unlimited, "A", "the linear law is about a bias current"},
+      {"amb.air_gap_m", 0, above, unlimited, "m", "between magnet and centred rotor"},
+      {"amb.bias_flux_density_T", 0, from, unlimited, "T", "0: not stated"},
+      {"amb.amplifier_bandwidth_hz", 0, above, unlimited, "Hz", "a first-order lag"},
+      {"amb.max_current_A", 0, above, unlimited, "A", "of one coil"},
+      {"amb.stiffness_N_per_m", 0, from, unlimited, "N/m", "of one bearing and axis"},
+      {"amb.damping_N_s_per_m", 0, from, unlimited, "N s/m", "of one bearing and axis"},
+      {"controller.sample_rate_hz", 0, above, unlimited, "Hz", "the controller is sampled"},
+      {"controller.kp_A_per_m", 0, from, unlimited, "A/m", "positive pulls back to the centre"},
+      {"controller.kd_A_s_per_m", 0, from, unlimited, "A s/m", "positive damps"},
+      {"controller.ki_A_per_m_s", 0, from, unlimited, "A/(m s)", "positive pulls back to the centre"},
+      {"controller.derivative_filter_hz", 0, above, unlimited, "Hz", "or the filter is not stable"},
+      {"controller.delay_s", 0, from, unlimited, "s", "the command follows its sample"},
+      {"auxiliary_bearing.clearance_m", 0, above, unlimited, "m", "or the rotor is never free"},
+      {"auxiliary_bearing.rotor_radius_m", 0, above, unlimited, "m", "of the rotor in the auxiliary bearing"},
+      {"auxiliary_bearing.contact.stiffness_N_per_m", 0, above, unlimited, "N/m", "contact pushes back"},
+      {"auxiliary_bearing.contact.damping_N_s_per_m", 0, from, unlimited, "N s/m",
+       "contact takes energy out"},
+      {"auxiliary_bearing.friction_coefficient", 0, from, 2, "1", "of dry or lubricated metal"},
+      {"gravity_m_s2", 0, from, unlimited, "m/s2", "acts downwards, along -y"},
+      {"unbalance.plane_z_m", -unlimited, from, unlimited, "m", "from the centre of gravity"},
+      {"unbalance.moment_kg_m", 0, from, unlimited, "kg m", "its direction is the phase"},
+      {"unbalance.phase_rad", -unlimited, from, unlimited, "rad", "from the tacho mark"}};
+  return limits;
+}
+
+const FieldLimit& rigLimit(const std::string& path) {
+  const auto& limits = rigLimits();
+  const auto found =
+      std::find_if(limits.begin(), limits.end(), [&](const FieldLimit& limit) { return path == limit.path; });
+  AMB_ROTOR_CHECK(found != limits.end(), "no limit for the rig's field " + path);
+  return *found;
+}
+
+bool rigFieldApplies(const std::string& path, AmbModel amb_model) {
+  const bool of_equivalent = path == "amb.stiffness_N_per_m" || path == "amb.damping_N_s_per_m";
+  if (amb_model == AmbModel::linear) return !of_equivalent;
+  return of_equivalent || !(startsWith(path, "amb.") || startsWith(path, "controller."));
+}
+
+std::vector<Fault> checkRig(const Model& model, bool skip_unreadable) {
+  std::vector<Fault> faults;
+  visitRig(model.rig, [&](const std::string& path, const char* name, const double& value) {
+    if (!rigFieldApplies(name, model.amb_model)) return;
+    if (!std::isfinite(value) && skip_unreadable) return;
+    const FieldLimit& limit = rigLimit(name);
+    if (!std::isfinite(value) || !limit.holds(value))
+      faults.push_back({"", 0, path, numberText(value), limit.text()});
+  });
+  checkRelations(model, faults);
+  checkUncertainty(model, skip_unreadable, faults);
+  return faults;
+}
+
+std::vector<Fault> checkModel(const Model& model, const EffectCatalogue& catalogue, bool skip_unreadable) {
+  std::vector<Fault> faults = checkRig(model, skip_unreadable);
+  const bool flexible = model.rotor_model == RotorModel::flexible;
+  if (flexible && model.rotor_geometry.empty() && model.flexible.mass.empty() && !skip_unreadable)
+    faults.push_back({"", 0, "rotor.geometry", "", "a flexible rotor needs a geometry file"});
+  if (!flexible && !model.rotor_geometry.empty())
+    faults.push_back({"", 0, "rotor.geometry", model.rotor_geometry, "a rigid rotor has no geometry file"});
+  checkEffects(model, catalogue, skip_unreadable, faults);
+  return faults;
+}
+
+void requireValid(const Model& model, const EffectCatalogue& catalogue) {
+  const std::vector<Fault> faults = checkModel(model, catalogue);
+  if (!faults.empty()) throw InputError(faults);
+}
+
+std::vector<ModelField> modelFields(Model& model, const EffectCatalogue& catalogue) {
+  std::vector<ModelField> fields;
+  visitRig(model.rig, [&](const std::string& path, const char* name, double& value) {
+    if (rigFieldApplies(name, model.amb_model)) fields.push_back({path, &value});
+  });
+  for (EffectSetting& effect : model.effects) {
+    const EffectSchema* schema = catalogue.find(effect.id);
+    if (schema == nullptr) continue;
+    for (std::size_t i = 0; i < effect.values.size() && i < schema->parameters.size(); ++i)
+      fields.push_back({"effects." + effect.id + "." + schema->parameters[i].name, &effect.values[i]});
+  }
+  return fields;
+}
+
+std::vector<std::string> uncertaintyNames(AmbModel amb_model) {
+  std::vector<std::string> names;
+  for (const FieldLimit& limit : rigLimits())
+    if (rigFieldApplies(limit.path, amb_model)) names.push_back(limit.path);
+  names.push_back("sensor.offset_m");
+  return names;
+}
+
+}  // namespace amb_rotor
