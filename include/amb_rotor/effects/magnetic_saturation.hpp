@@ -1,0 +1,32 @@
+#pragma once
+// Magnetic saturation: the iron's flux stays behind the current. With b the flux of a coil relative to its bias flux,
+//   b -> b/(1 + (b/bk)^4)^(1/4),  bk = knee flux density / bias flux density,  F = Ki i0/4 (b+^2 - b-^2).
+// Needs the rig's bias flux density. Left out: hysteresis, different knees of yoke and pole.
+#include "amb_rotor/effects/effect.hpp"
+
+namespace amb_rotor::effects {
+
+struct MagneticSaturation {
+  static EffectSchema schema() {
+    return {"magnetic_saturation", "the iron saturates: force grows less than the current squared",
+            "large control currents beside small ones",
+            {parameter("knee_flux_density_T", "T", 0.05, 10.0, 1.2, 10.0, "of the iron")},
+            false};
+  }
+
+  template <class S>
+  class Physics final : public EffectPhysics<S> {
+   public:
+    explicit Physics(const std::vector<S>& p) : knee_(p[0]) {}
+    unsigned roles() const override { return acts_on_rig | acts_on_flux; }
+    void rig(Rig<S>& rig) override { relative_knee_ = knee_ / rig.amb.bias_flux_density_T; }
+    void flux(const Rig<S>&, const S&, const S&, CoilFlux<S>& flux) const override {
+      flux = {saturatedFlux(flux.plus, relative_knee_), saturatedFlux(flux.minus, relative_knee_)};
+    }
+
+   private:
+    S knee_, relative_knee_{1.0};
+  };
+};
+
+}  // namespace amb_rotor::effects

@@ -1,0 +1,35 @@
+#pragma once
+// Shaft bow: the rotor is bent at rest. At each bearing the bent shaft is pushed by the net stiffness k:
+//   F = k bow (cos, sin)(t + p),  k = Ki kp - Ks
+// bow [m] at end A and B, common phase p [rad] in the rotor; not seen by the sensors. Signature: 1X that
+// does not grow with speed squared. Left out: bow that changes with temperature.
+#include "amb_rotor/effects/effect.hpp"
+
+namespace amb_rotor::effects {
+
+struct ShaftBow {
+  static EffectSchema schema() {
+    return {"shaft_bow", "the rotor is bent at rest: a once-per-turn force that does not grow with speed squared",
+            "rotation at two or more speeds, a slow roll above all",
+            {parameter("bow_a_m", "m", -1e-3, 1e-3, 3e-6, 0.0, "at bearing A", ParameterRole::amplitude),
+             parameter("bow_b_m", "m", -1e-3, 1e-3, 3e-6, 0.0, "at bearing B", ParameterRole::amplitude),
+             parameter("phase_rad", "rad", -7.0, 7.0, 0.0, 0.0, "in the rotor", ParameterRole::phase)},
+            false};
+  }
+
+  template <class S>
+  class Physics final : public EffectPhysics<S> {
+   public:
+    explicit Physics(const std::vector<S>& p) : bow_{p[0], p[1]}, phase_(p[2]) {}
+    unsigned roles() const override { return acts_on_bearing_force; }
+    void bearingForce(const BearingSite<S>& site, Vec2<S>& force) const override {
+      force += (site.net_stiffness * bow_[site.end]) * phase_.turn(*site.shaft);
+    }
+
+   private:
+    S bow_[2];
+    RotorPhase<S> phase_;
+  };
+};
+
+}  // namespace amb_rotor::effects

@@ -1,0 +1,32 @@
+#pragma once
+// Velocity-dependent (Stribeck) friction: mu(v) = mu_d + (mu_s - mu_d) exp(-|v|/v_s) in place of the constant one,
+// v the sliding speed [m/s].
+#include "amb_rotor/effects/effect.hpp"
+
+namespace amb_rotor::effects {
+
+struct VelocityDependentFriction {
+  static EffectSchema schema() {
+    return {"velocity_dependent_friction", "friction falls with sliding speed (Stribeck)",
+            "contact at different sliding speeds",
+            {parameter("static_coefficient", "1", 0.0, 2.0, 0.25, std::nan(""), "mu_s, at rest"),
+             parameter("dynamic_coefficient", "1", 0.0, 2.0, 0.08, std::nan(""), "mu_d, sliding fast"),
+             parameter("speed_m_per_s", "m/s", 1e-4, 1e3, 2.0, std::nan(""), "v_s")},
+            true};
+  }
+
+  template <class S>
+  class Physics final : public EffectPhysics<S> {
+   public:
+    explicit Physics(const std::vector<S>& p) : rest_(p[0]), sliding_(p[1]), per_speed_(S(1.0) / p[2]) {}
+    unsigned roles() const override { return acts_on_friction; }
+    void friction(const S& slip, S& coefficient) const override {
+      coefficient = sliding_ + (rest_ - sliding_) * exponential(-magnitude(slip) * per_speed_);
+    }
+
+   private:
+    S rest_, sliding_, per_speed_;
+  };
+};
+
+}  // namespace amb_rotor::effects

@@ -1,0 +1,136 @@
+#pragma once
+// A machine: a model file assembled into one system of equations for a Scalar.
+//
+// Continuous state (mechanics), in this order:
+//   q   2n  rotor coordinates, x then y (rotor/modal_rotor.hpp)
+//   v   2n  their rates
+//   effects' states, in the order of effects/all.hpp
+//   angle, speed of the shaft, only where the spin is a state (Spin::drag, Spin::free)
+// Everything else (currents, controller, contact mode, time) is in machine/state.hpp. The derivatives are a
+// pure function of inputs and state; nothing is remembered between calls.
+//
+// Currents are no state here: behind a held command they are known exactly (magnetic_bearing/amplifier.hpp).
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "amb_rotor/effects/effect.hpp"
+#include "amb_rotor/machine/contact.hpp"
+
+namespace amb_rotor {
+
+enum class Spin {
+  prescribed,  ///< angle and speed come from outside
+  drag,        ///< a state; the drive keeps the speed but for spin_drag
+  free         ///< a state; spin_drag and the friction torque of the contacts change it; needs Ip > 0
+};
+
+/// A plane or an unbalance beyond those of the rig, for excitation and faults.
+template <class S>
+struct ExtraPlanes {
+  std::vector<S> force_z_m;
+  std::vector<Unbalance<S>> unbalance;
+};
+
+/// What acts on the machine at an instant, from outside its equations of motion.
+template <class S>
+struct Inputs {
+  Shaft<S> shaft;               ///< ignored where the spin is a state
+  Vec2<S> force_current[2];     ///< the current that makes the force, end a, b [A]
+  Vec2<S> bearing_on[2] = {{S(1.0), S(1.0)}, {S(1.0), S(1.0)}};  ///< 1 on, 0 off, each axis
+  const Vec2<S>* extra_force = nullptr;        ///< one for each ExtraPlanes::force_z_m [N]
+  const S* extra_unbalance = nullptr;          ///< factor of each ExtraPlanes::unbalance
+  const int* contact_mode = nullptr;           ///< per end: 1 carries, 0 not; null: cut off by sign
+  const LocalContact<S>* contact = nullptr;    ///< per end: a contact from outside; null: the machine's own
+};
+
+/// What can be looked at.
+template <class S>
+struct Observation {
+  Shaft<S> shaft;
+  Vec2<S> centre;              ///< of gravity, absolute [m]
+  Vec2<S> sensor_position[2];  ///< rotor at the sensors relative to the stator [m]
+  Vec2<S> amb_position[2];
+  Vec2<S> aux_position[2];     ///< rotor at the auxiliary bearings, absolute [m]
+  Vec2<S> aux_velocity[2];
+  Vec2<S> bearing_force[2];    ///< magnetic, on the rotor [N]
+  Contact<S> contact[2];
+  S ring_speed[2] = {S(0.0), S(0.0)};
+};
+
+template <class S>
+class Machine {
+ public:
+  /// @param models  one for each lane (fewer: the last is repeated); all of the same structure: rotor model,
+  ///                bearing model, the same effects in any order, as many unbalances.
+  explicit Machine(const std::vector<const Model*>& models, Spin spin = Spin::prescribed,
+                   const ExtraPlanes<double>& extra = {});
+
+  int stateSize() const { return size_; }
+  int coordinates() const { return 2 * rotor_.modes(); }
+  const Rig<S>& rig() const { return rig_; }
+  const ModalRotor<S>& rotor() const { return rotor_; }
+  AmbModel ambModel() const { return amb_model_; }
+  Spin spin() const { return spin_; }
+  bool isFlexible() const { return rotor_.modes() > 2; }
+
+  /// Fills the effects' part of a state with its starting values.
+  void initialise(S* state) const;
+
+  void derivatives(const Inputs<S>& in, const S* state, S* rate) const { evaluate(in, state, rate, nullptr); }
+  /// rate may be null.
+  void observe(const Inputs<S>& in, const S* state, S* rate, Observation<S>& seen) const {
+    evaluate(in, state, rate, &seen);
+  }
+
+  /// The sensors' signals from the rotor's position at the sensors: rotation, runout, gain.
+  void sense(const Shaft<S>& shaft, Vec2<S> signal[2]) const {
+    for (const auto* effect : sensing_) effect->sense(shaft, signal);
+  }
+  /// Signals at a state.
+  void signals(const Shaft<S>& shaft, const S* state, Vec2<S> signal[2]) const;
+  /// Shaft of a state where the spin is a state.
+  Shaft<S> shaftOf(const S* state) const {
+    return Shaft<S>::at(state[size_ - 2], state[size_ - 1], S(0.0));
+  }
+  /// Lags between current and force; empty: none.
+  const std::vector<S>& relaxationWeights() const { return relaxation_weights_; }
+  const std::vector<S>& relaxationRates() const { return relaxation_rates_; }
+
+  /// Contact at both ends for a state, as a partner in the node graph computes it.
+  void contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const;
+
+ private:
+  struct Part {
+    std::unique_ptr<EffectPhysics<S>> physics;
+    unsigned roles = 0;
+    int offset = 0;  ///< of its state
+  };
+  class Forces;
+
+  void evaluate(const Inputs<S>& in, const S* state, S* rate, Observation<S>* seen) const;
+  Contact<S> contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
+                       const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
+                       const Inputs<S>& in) const;
+  Vec2<S> magneticForce(const Vec2<S>& current, const Vec2<S>& position, const Vec2<S>& velocity) const;
+
+  Spin spin_;
+  AmbModel amb_model_;
+  Rig<S> rig_;
+  ModalRotor<S> rotor_;
+  std::vector<Part> parts_;
+  std::vector<const EffectPhysics<S>*> sensing_, flux_, bearing_, pushing_, centring_, normal_, friction_, spinning_;
+  const Part* mount_ = nullptr;
+  const Part* ring_ = nullptr;
+  const Part* stator_ = nullptr;
+  std::vector<S> relaxation_weights_, relaxation_rates_;
+  std::vector<int> unbalance_plane_, extra_force_plane_;
+  std::vector<Unbalance<S>> unbalance_;   ///< the rig's, then the extra ones
+  std::vector<RotorPhase<S>> unbalance_phase_;
+  std::size_t own_unbalances_ = 0;
+  S net_stiffness_{0.0}, ring_arm_{0.0};
+  int cg_plane_ = 0;
+  int size_ = 0;
+};
+
+}  // namespace amb_rotor

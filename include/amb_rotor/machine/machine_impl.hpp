@@ -1,0 +1,284 @@
+#pragma once
+// Template bodies of machine.hpp; included by the one source file of each Scalar.
+#include <algorithm>
+
+#include "amb_rotor/common/fields.hpp"
+#include "amb_rotor/effects/all.hpp"
+#include "amb_rotor/excitation/unbalance.hpp"
+#include "amb_rotor/machine/assembly.hpp"
+#include "amb_rotor/machine/machine.hpp"
+
+namespace amb_rotor {
+
+template <class S>
+class Machine<S>::Forces final : public RotorForces<S> {
+ public:
+  Forces(const ModalRotor<S>& rotor, const S* q, const S* v, const Vec2<S>& stator, const Vec2<S>& stator_velocity,
+         S* generalised)
+      : rotor_(rotor), q_(q), v_(v), stator_(stator), stator_velocity_(stator_velocity), generalised_(generalised) {}
+  Vec2<S> position(int plane) const override { return rotor_.at(plane, q_) - stator_; }
+  Vec2<S> velocity(int plane) const override { return rotor_.at(plane, v_) - stator_velocity_; }
+  void push(int plane, const Vec2<S>& force) override { rotor_.push(plane, force, generalised_); }
+
+ private:
+  const ModalRotor<S>& rotor_;
+  const S* q_;
+  const S* v_;
+  Vec2<S> stator_, stator_velocity_;
+  S* generalised_;
+};
+
+template <class S>
+Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const ExtraPlanes<double>& extra)
+    : spin_(spin), amb_model_(models.at(0)->amb_model) {
+  gatherRig(models, rig_);
+  effects::forEachEffect([&](auto* effect) {
+    const std::string id = std::remove_pointer_t<decltype(effect)>::schema().id;
+    std::vector<S> values;
+    if (!gatherEffect(models, id, values)) return;
+    Part part;
+    part.physics = std::make_unique<typename std::remove_pointer_t<decltype(effect)>::template Physics<S>>(values);
+    part.roles = part.physics->roles();
+    parts_.push_back(std::move(part));
+  });
+  for (auto& part : parts_)
+    if (part.roles & acts_on_rig) part.physics->rig(rig_);
+
+  RotorAssembly<S> assembly(*models[0], models, rig_);
+  for (auto& part : parts_)
+    if (part.roles & acts_on_rotor) part.physics->rotor(rig_, assembly);
+  unbalance_ = rig_.unbalance;
+  own_unbalances_ = unbalance_.size();
+  for (const auto& u : extra.unbalance)
+    unbalance_.push_back({S(u.plane_z_m), S(u.moment_kg_m), S(u.phase_rad)});
+  for (std::size_t i = 0; i < unbalance_.size(); ++i) {
+    unbalance_plane_.push_back(assembly.addUnbalancePlane(unbalance_[i].plane_z_m, i == 0));
+    unbalance_phase_.emplace_back(unbalance_[i].phase_rad);
+  }
+  for (double z : extra.force_z_m) extra_force_plane_.push_back(assembly.addPlane(S(z)));
+  cg_plane_ = assembly.addPlane(S(0.0));
+  rotor_ = assembly.finish();
+
+  int offset = 4 * rotor_.modes();
+  for (auto& part : parts_) {
+    part.offset = offset;
+    offset += part.physics->stateSize();
+    const auto* physics = part.physics.get();
+    if (part.roles & acts_on_sensor) sensing_.push_back(physics);
+    if (part.roles & acts_on_force_current) physics->relaxation(relaxation_weights_, relaxation_rates_);
+    if (part.roles & acts_on_flux) flux_.push_back(physics);
+    if (part.roles & acts_on_bearing_force) bearing_.push_back(physics);
+    if (part.roles & acts_on_rotor_force) pushing_.push_back(physics);
+    if (part.roles & acts_on_contact_centre) centring_.push_back(physics);
+    if (part.roles & acts_on_normal_force) normal_.push_back(physics);
+    if (part.roles & acts_on_friction) friction_.push_back(physics);
+    if (part.roles & acts_on_spin) spinning_.push_back(physics);
+    if (part.roles & is_mount) mount_ = &part;
+    if (part.roles & is_ring) ring_ = &part;
+    if (part.roles & is_stator) stator_ = &part;
+  }
+  if (spin_ != Spin::prescribed) offset += 2;
+  size_ = offset;
+  net_stiffness_ = amb_model_ == AmbModel::equivalent
+                       ? rig_.amb.stiffness_N_per_m
+                       : rig_.amb.current_stiffness_N_per_A * rig_.controller.kp_A_per_m -
+                             rig_.amb.displacement_stiffness_N_per_m;
+  ring_arm_ = rig_.auxiliary_bearing.rotor_radius_m + rig_.auxiliary_bearing.clearance_m;
+}
+
+template <class S>
+void Machine<S>::initialise(S* state) const {
+  for (int i = 4 * rotor_.modes(); i < size_; ++i) state[i] = S(0.0);
+  for (const auto& part : parts_)
+    if (part.physics->stateSize() > 0) part.physics->initialState(state + part.offset);
+  if (mount_ != nullptr)
+    for (int end = 0; end < 2; ++end) {  // unloaded: where the misalignment puts it
+      Vec2<S> rest;
+      for (const auto* effect : centring_) effect->contactCentre(end, rest);
+      state[mount_->offset + 4 * end] = rest.x;
+      state[mount_->offset + 4 * end + 1] = rest.y;
+    }
+}
+
+template <class S>
+void Machine<S>::signals(const Shaft<S>& shaft, const S* state, Vec2<S> signal[2]) const {
+  Vec2<S> stator, stator_velocity;
+  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
+  for (int end = 0; end < 2; ++end) signal[end] = rotor_.at(plane_sensor + end, state) - stator;
+  sense(shaft, signal);
+}
+
+template <class S>
+Vec2<S> Machine<S>::magneticForce(const Vec2<S>& current, const Vec2<S>& position, const Vec2<S>& velocity) const {
+  if (amb_model_ == AmbModel::equivalent)
+    return {-rig_.amb.stiffness_N_per_m * position.x - rig_.amb.damping_N_s_per_m * velocity.x,
+            -rig_.amb.stiffness_N_per_m * position.y - rig_.amb.damping_N_s_per_m * velocity.y};
+  const S& ki = rig_.amb.current_stiffness_N_per_A;
+  const S& ks = rig_.amb.displacement_stiffness_N_per_m;
+  if (flux_.empty())
+    return {linearMagneticForce(ki, ks, current.x, position.x), linearMagneticForce(ki, ks, current.y, position.y)};
+  const S& bias = rig_.amb.bias_current_A;
+  CoilFlux<S> x = linearFlux(ki, ks, bias, current.x, position.x);
+  CoilFlux<S> y = linearFlux(ki, ks, bias, current.y, position.y);
+  for (const auto* effect : flux_) {
+    effect->flux(rig_, current.x, position.x, x);
+    effect->flux(rig_, current.y, position.y, y);
+  }
+  return {fluxForce(ki, bias, x), fluxForce(ki, bias, y)};
+}
+
+template <class S>
+Contact<S> Machine<S>::contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
+                                 const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
+                                 const Inputs<S>& in) const {
+  const auto& bearing = rig_.auxiliary_bearing;
+  const LocalContact<S>* local = in.contact != nullptr ? &in.contact[end] : nullptr;
+  const ContactGeometry<S> g = contactGeometry(position - centre, velocity - centre_velocity,
+                                               local != nullptr ? local->clearance : bearing.clearance_m);
+  Contact<S> c;
+  c.centre = centre;
+  c.normal = g.normal;
+  c.penetration = g.penetration;
+  c.rate = g.rate;
+  NormalForce<S> n;
+  if (local != nullptr) {
+    n.force = local->force + local->slope * (g.penetration - local->penetration0) +
+              local->damping * (g.rate - local->rate0);
+    n.margin = n.force / maximum(local->slope, S(1.0));
+    n.slope = local->slope;
+    n.damping = local->damping;
+    c.slip = local->surface_speed + g.tangential_rate;
+    c.friction_coefficient = local->friction_coefficient;
+  } else {
+    n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
+    for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
+    c.slip = bearing.rotor_radius_m * shaft.speed + g.tangential_rate - ring_arm_ * ring_speed;
+    c.friction_coefficient = bearing.friction_coefficient;
+    for (const auto* effect : friction_) effect->friction(c.slip, c.friction_coefficient);
+  }
+  c.uncut_force = n.force;
+  c.margin = n.margin;
+  c.slope = n.slope;
+  c.damping = n.damping;
+  if (in.contact_mode != nullptr)
+    c.normal_force = in.contact_mode[end] != 0 ? n.force : S(0.0);
+  else
+    c.normal_force = select((c.penetration > S(0.0)), maximum(n.force, S(0.0)), S(0.0));
+  c.friction_force = c.normal_force * coulombFactor(c.friction_coefficient, c.slip);
+  c.force = {-c.normal_force * g.normal.x - c.friction_force * g.normal.y,
+             -c.normal_force * g.normal.y + c.friction_force * g.normal.x};
+  return c;
+}
+
+template <class S>
+void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observation<S>* seen) const {
+  const int n = rotor_.modes();
+  const S* q = state;
+  const S* v = state + 2 * n;
+  S generalised[2 * max_modes];
+  for (int k = 0; k < 2 * n; ++k) generalised[k] = S(0.0);
+
+  Shaft<S> shaft = spin_ == Spin::prescribed ? in.shaft : shaftOf(state);
+  S spin_torque(0.0);
+  if (spin_ != Spin::prescribed)
+    for (const auto* effect : spinning_) effect->spin(rig_, shaft.speed, shaft.acceleration);
+
+  Vec2<S> stator, stator_velocity;
+  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
+  Vec2<S> reaction;  // of the bearings on the stator
+
+  for (int end = 0; end < 2; ++end) {
+    BearingSite<S> site{&rig_, &shaft, end, rotor_.at(plane_amb + end, q) - stator,
+                        rotor_.at(plane_amb + end, v) - stator_velocity, net_stiffness_};
+    Vec2<S> force = magneticForce(in.force_current[end], site.position, site.velocity);
+    for (const auto* effect : bearing_) effect->bearingForce(site, force);
+    force = {force.x * in.bearing_on[end].x, force.y * in.bearing_on[end].y};
+    rotor_.push(plane_amb + end, force, generalised);
+    reaction -= force;
+    if (seen != nullptr) {
+      seen->bearing_force[end] = force;
+      seen->amb_position[end] = site.position;
+    }
+  }
+
+  S angular[2] = {S(0.0), S(0.0)};
+  for (int end = 0; end < 2; ++end) {
+    const Vec2<S> position = rotor_.at(plane_aux + end, q);
+    const Vec2<S> velocity = rotor_.at(plane_aux + end, v);
+    Vec2<S> rest = stator;
+    for (const auto* effect : centring_) effect->contactCentre(end, rest);
+    Vec2<S> centre = rest, centre_velocity = stator_velocity;
+    if (in.contact != nullptr) {
+      centre = in.contact[end].centre;
+      centre_velocity = in.contact[end].centre_velocity;
+    } else if (mount_ != nullptr) {
+      mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
+    }
+    if (ring_ != nullptr) angular[end] = ring_->physics->ringSpeed(end, state + ring_->offset);
+    const Contact<S> contact =
+        contactAt(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
+    rotor_.push(plane_aux + end, contact.force, generalised);
+    // the surface of the rotor feels the friction at its own radius
+    spin_torque += contact.friction_force * rig_.auxiliary_bearing.rotor_radius_m;
+    const Vec2<S> load = {-contact.force.x, -contact.force.y};
+    if (mount_ != nullptr && rate != nullptr)
+      reaction += mount_->physics->mountRates(end, rest, stator_velocity, load, state + mount_->offset,
+                                              rate + mount_->offset);
+    else
+      reaction += load;
+    if (ring_ != nullptr && rate != nullptr)
+      ring_->physics->ringRates(end, -contact.friction_force * ring_arm_, state + ring_->offset,
+                                rate + ring_->offset);
+    if (seen != nullptr) {
+      seen->contact[end] = contact;
+      seen->aux_position[end] = position;
+      seen->aux_velocity[end] = velocity;
+      seen->ring_speed[end] = angular[end];
+    }
+  }
+  if (spin_ == Spin::free) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
+
+  for (std::size_t i = 0; i < unbalance_.size(); ++i) {
+    S moment = unbalance_[i].moment_kg_m;
+    if (i >= own_unbalances_) {
+      if (in.extra_unbalance == nullptr) break;
+      moment = moment * in.extra_unbalance[i - own_unbalances_];
+    }
+    const Vec2<S> direction = unbalance_phase_[i].turn(shaft);
+    rotor_.push(unbalance_plane_[i], unbalanceForce(moment, direction, shaft), generalised);
+  }
+  if (in.extra_force != nullptr)
+    for (std::size_t i = 0; i < extra_force_plane_.size(); ++i)
+      rotor_.push(extra_force_plane_[i], in.extra_force[i], generalised);
+  rotor_.push(cg_plane_, {S(0.0), -rig_.rotor.mass_kg * rig_.gravity_m_s2}, generalised);
+  if (!pushing_.empty()) {
+    Forces port(rotor_, q, v, stator, stator_velocity, generalised);
+    for (const auto* effect : pushing_) effect->rotorForce(shaft, port);
+  }
+
+  if (rate != nullptr) {
+    for (int k = 0; k < 2 * n; ++k) rate[k] = v[k];
+    rotor_.accelerations(q, v, shaft.speed, generalised, rate + 2 * n);
+    if (stator_ != nullptr)
+      stator_->physics->statorRates(reaction, state + stator_->offset, rate + stator_->offset);
+    if (spin_ != Spin::prescribed) {
+      rate[size_ - 2] = shaft.speed;
+      rate[size_ - 1] = shaft.acceleration;
+    }
+  }
+  if (seen != nullptr) {
+    seen->shaft = shaft;
+    seen->centre = rotor_.at(cg_plane_, q);
+    for (int end = 0; end < 2; ++end) seen->sensor_position[end] = rotor_.at(plane_sensor + end, q) - stator;
+  }
+}
+
+template <class S>
+void Machine<S>::contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const {
+  Observation<S> seen;
+  evaluate(in, state, nullptr, &seen);
+  contact[0] = seen.contact[0];
+  contact[1] = seen.contact[1];
+}
+
+}  // namespace amb_rotor

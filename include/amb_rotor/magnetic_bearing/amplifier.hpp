@@ -1,0 +1,28 @@
+#pragma once
+// Amplifier of one axis: first-order lag behind a limited command that is constant between instants,
+// so its current is known exactly at any time in between:
+//   c = limited(command + excitation),  i(t) = c + (i(t0) - c) exp(-2 pi f (t - t0))
+// Limit: the coils carry bias +- i, each within 0 and the largest current.
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/model/rig.hpp"
+
+namespace amb_rotor {
+
+template <class S>
+class Amplifier {
+ public:
+  Amplifier() = default;
+  explicit Amplifier(const Rig<S>& rig)
+      : rate_(S(two_pi) * rig.amb.amplifier_bandwidth_hz),
+        limit_(minimum(rig.amb.bias_current_A, rig.amb.max_current_A - rig.amb.bias_current_A)) {}
+
+  S limited(const S& command) const { return maximum(minimum(command, limit_), -limit_); }
+  /// exp(-2 pi f dt), the share of the difference that is left after dt [s].
+  S decay(double dt) const { return exponential(-rate_ * S(dt)); }
+  const S& rate() const { return rate_; }
+
+ private:
+  S rate_{1.0}, limit_{0.0};
+};
+
+}  // namespace amb_rotor

@@ -1,0 +1,5 @@
+#include "amb_rotor/machine/machine_impl.hpp"
+
+namespace amb_rotor {
+template class Machine<double>;
+}  // namespace amb_rotor
