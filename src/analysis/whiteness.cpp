@@ -102,7 +102,10 @@ BootstrapResult blockBootstrap(const std::vector<std::vector<double>>& blocks,
 std::vector<std::vector<double>> turnBlocks(const std::vector<double>& angle, const std::vector<double>& values) {
   requireSameLength(angle, values, "values");
   std::vector<std::vector<double>> blocks;
-  bool whole = false;  // the first turn began before the record
+  if (angle.size() < 2) return blocks;
+  // The first turn began before the record, unless its first sample is within a step of the turn's start.
+  const double step = (angle.back() - angle.front()) / static_cast<double>(angle.size() - 1);
+  bool whole = angle.front() - 2.0 * M_PI * std::floor(angle.front() / (2.0 * M_PI)) < step;
   long turn = 0;
   std::vector<double> block;
   for (std::size_t i = 0; i < angle.size(); ++i) {

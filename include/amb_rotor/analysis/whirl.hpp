@@ -15,6 +15,7 @@
 // Source: thesis 2.3 and 5.2 (backward whirl); Black 1968. Left out: a ring that turns itself (subtract its
 // speed from Omega and w's frame by the caller).
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "amb_rotor/analysis/orbit.hpp"
