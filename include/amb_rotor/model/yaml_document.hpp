@@ -8,7 +8,6 @@
 // what its aliases repeat.
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -1,0 +1,196 @@
+#include "amb_rotor/validation/table.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+
+namespace amb_rotor {
+namespace {
+
+bool endsWith(const std::string& text, const std::string& tail) {
+  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
+    text.remove_suffix(1);
+  return text;
+}
+
+class TableParser {
+ public:
+  TableParser(const std::string& text, FaultList& faults) : rest_(text), faults_(faults) {}
+
+  NumericTable parse() {
+    constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+    if (rest_.substr(0, byte_order_mark.size()) == byte_order_mark)
+      rest_.remove_prefix(byte_order_mark.size());
+    while (!rest_.empty() && trimmed(rest_.substr(rest_.rfind('\n') + 1)).empty()) {
+      // Nothing but blanks behind the last line's end: the table is over before it.
+      const std::size_t end = rest_.rfind('\n');
+      rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(0, end);
+    }
+    if (rest_.empty()) {
+      faults_.add(1, "", "", "the table is empty: not even a header");
+      return table_;
+    }
+    readHeader(nextLine());
+    const std::size_t first = rest_.find('\n');
+    const std::size_t length = first == std::string_view::npos ? rest_.size() : first + 1;
+    const std::size_t rows = length == 0 ? 0 : rest_.size() / length + rest_.size() / (4 * length) + 1;
+    for (auto& column : table_.values) column.reserve(rows);
+    while (!rest_.empty()) readRow(nextLine());
+    if (table_.rows() == 0 && bad_ == 0) faults_.add(1, "", "", "the table has a header, but no rows");
+    if (bad_ > max_cell_faults)
+      faults_.add(0, "", "", "and " + std::to_string(bad_ - max_cell_faults) + " more bad cells or lines");
+    return std::move(table_);
+  }
+
+ private:
+  std::string_view nextLine() {
+    ++line_;
+    const std::size_t end = rest_.find('\n');
+    const std::string_view line = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    return line;
+  }
+
+  void readHeader(std::string_view line) {
+    while (true) {
+      const std::size_t comma = line.find(',');
+      const std::string name(trimmed(line.substr(0, comma)));
+      if (name.empty()) faults_.add(1, "", "", "a column has no name");
+      if (table_.indexOf(name) >= 0) faults_.add(1, name, "", "the column stands twice");
+      table_.columns.push_back(name);
+      if (comma == std::string_view::npos) break;
+      line.remove_prefix(comma + 1);
+    }
+    table_.values.resize(table_.columns.size());
+  }
+
+  void readRow(std::string_view line) {
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    const std::size_t count = table_.columns.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      double value = 0.0;
+      const auto result = std::from_chars(at, end, value);
+      const bool whole = result.ec == std::errc() && (result.ptr == end || *result.ptr == ',');
+      if (whole && std::isfinite(value)) {
+        at = result.ptr;
+      } else {
+        at = readOddCell(at, end, i, value);
+      }
+      table_.values[i].push_back(value);
+      const bool is_last = i + 1 == count;
+      if (is_last ? at == end : at != end) {
+        ++at;
+        continue;
+      }
+      const auto cells = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+      complain("", "",
+               "the line has " + std::to_string(cells) + " cells, the header " + std::to_string(count) +
+                   (rest_.empty() ? " (the file ends in the middle of a line)" : ""));
+      for (std::size_t j = i + 1; j < count; ++j) table_.values[j].push_back(0.0);
+      return;
+    }
+  }
+
+  /// A cell with blanks or a plus, or one that is not a number: off the fast path.
+  const char* readOddCell(const char* at, const char* end, std::size_t column, double& value) {
+    const char* const stop = std::find(at, end, ',');
+    const std::string_view cell = trimmed({at, static_cast<std::size_t>(stop - at)});
+    const auto number = parseNumber(cell);
+    value = number.value_or(0.0);
+    if (!number)
+      complain(table_.columns[column], std::string(cell.substr(0, 40)),
+               cell.empty() ? "the cell is empty" : "the cell must be a finite number");
+    return stop;
+  }
+
+  void complain(const std::string& column, const std::string& value, const std::string& rule) {
+    if (++bad_ <= max_cell_faults) faults_.add(line_, column, value, rule);
+  }
+
+  std::string_view rest_;
+  FaultList& faults_;
+  NumericTable table_;
+  int line_ = 0;
+  std::size_t bad_ = 0;
+};
+
+}  // namespace
+
+int NumericTable::indexOf(const std::string& column) const {
+  const auto found = std::find(columns.begin(), columns.end(), column);
+  return found == columns.end() ? -1 : static_cast<int>(found - columns.begin());
+}
+
+NameWithUnit splitUnit(const std::string& name) {
+  const std::size_t underscore = name.rfind('_');
+  if (underscore == std::string::npos) return {name, ""};
+  return {name.substr(0, underscore), name.substr(underscore + 1)};
+}
+
+std::string readCompressed(const std::string& path, FaultList& faults) {
+  gzFile file = gzopen(path.c_str(), "rb");
+  if (file == nullptr) {
+    faults.add(0, "", "", "the file cannot be read");
+    return "";
+  }
+  constexpr unsigned buffer_size = 1u << 18;
+  gzbuffer(file, buffer_size);
+  std::string text;
+  int got = 0;
+  do {
+    const std::size_t size = text.size();
+    text.resize(size + buffer_size);
+    got = gzread(file, &text[size], buffer_size);
+    text.resize(size + static_cast<std::size_t>(std::max(got, 0)));
+  } while (got > 0 && text.size() <= max_table_bytes);
+  const bool is_plain = gzdirect(file) != 0;
+  int status = Z_OK;
+  gzerror(file, &status);
+  const int closed = gzclose(file);
+  if (text.size() > max_table_bytes) {
+    faults.add(0, "", "", "the file is larger than " + std::to_string(max_table_bytes) + " bytes");
+  } else if (got < 0 || (status != Z_OK && status != Z_STREAM_END) || closed != Z_OK) {
+    faults.add(0, "", "", "the compressed file is cut off or damaged");
+  } else if (is_plain) {
+    faults.add(0, "", "",
+               text.empty() ? "the file is empty" : "the file is not compressed, but its name ends with .gz");
+  }
+  return text;
+}
+
+NumericTable parseTable(const std::string& text, FaultList& faults) {
+  return TableParser(text, faults).parse();
+}
+
+NumericTable readTable(const std::string& path, FaultList& faults) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    faults.add(0, "", "", "there is no such file");
+    return {};
+  }
+  if (endsWith(path, ".csv.gz")) {
+    const std::size_t before = faults.faults().size();
+    const std::string text = readCompressed(path, faults);
+    if (faults.faults().size() > before) return {};
+    return parseTable(text, faults);
+  }
+  if (endsWith(path, ".csv")) return parseTable(readTextFile(path), faults);
+  faults.add(0, "", "",
+             endsWith(path, ".bag")
+                 ? "a bag cannot be read here; turn it into a table first: amb convert IN.bag OUT.csv.gz"
+                 : "a table must end with .csv or .csv.gz");
+  return {};
+}
+
+}  // namespace amb_rotor
