@@ -9,8 +9,8 @@ namespace amb_rotor {
 
 ContactAccumulator::ContactAccumulator(ContactOptions options) : options_(options) {
   requireArgument(options.touch_force >= 0.0, "touch_force", options.touch_force, "must be at least 0 [N]");
-  requireArgument(options.release_force >= 0.0 && options.release_force <= options.touch_force, "release_force",
-                  options.release_force, "must be from 0 to touch_force [N]");
+  requireArgument(options.release_force >= 0.0 && options.release_force <= options.touch_force,
+                  "release_force", options.release_force, "must be from 0 to touch_force [N]");
 }
 
 void ContactAccumulator::interval(double from, double to, double force_from, double force_to, bool contact) {
@@ -35,7 +35,8 @@ void ContactAccumulator::add(double time, double normal_force, double x, double 
     current_contact_ = 0.0;
     return;
   }
-  const bool contact_now = contact_ ? normal_force > options_.release_force : normal_force > options_.touch_force;
+  const bool contact_now =
+      contact_ ? normal_force > options_.release_force : normal_force > options_.touch_force;
   max_force_ = std::max(max_force_, normal_force);
   double weight = 0.0;
   if (!started_) {

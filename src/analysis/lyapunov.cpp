@@ -22,7 +22,8 @@ void LyapunovAccumulator::add(Eigen::MatrixXd& tangent, double interval) {
   Eigen::VectorXd norms(n);
   for (int pass = 0; pass < 2; ++pass) {
     for (Eigen::Index k = 0; k < n; ++k) {
-      for (Eigen::Index j = 0; j < k; ++j) tangent.col(k) -= tangent.col(j).dot(tangent.col(k)) * tangent.col(j);
+      for (Eigen::Index j = 0; j < k; ++j)
+        tangent.col(k) -= tangent.col(j).dot(tangent.col(k)) * tangent.col(j);
       const double norm = tangent.col(k).norm();
       if (!(norm > 0.0)) {
         valid_ = false;
@@ -110,7 +111,8 @@ SaltationMatrix saltationMatrix(const HybridEvent& event, double grazing_toleran
 }
 
 SeriesLyapunov lyapunovFromSeries(const Eigen::MatrixXd& points, const SeriesLyapunovOptions& options) {
-  requireArgument(options.horizon >= 4, "horizon", static_cast<double>(options.horizon), "must be at least 4");
+  requireArgument(options.horizon >= 4, "horizon", static_cast<double>(options.horizon),
+                  "must be at least 4");
   requireArgument(options.theiler_window >= 1, "theiler_window", static_cast<double>(options.theiler_window),
                   "must be at least 1");
   SeriesLyapunov result;

@@ -178,10 +178,10 @@ std::vector<PoincarePoint> sectionOf(const std::vector<double>& time, const std:
 
 }  // namespace
 
-std::vector<PoincarePoint> stroboscopicSection(const std::vector<double>& time, const std::vector<double>& angle,
-                                               const std::vector<double>& x, const std::vector<double>& y,
-                                               const std::vector<double>& vx, const std::vector<double>& vy,
-                                               double phase) {
+std::vector<PoincarePoint> stroboscopicSection(const std::vector<double>& time,
+                                               const std::vector<double>& angle, const std::vector<double>& x,
+                                               const std::vector<double>& y, const std::vector<double>& vx,
+                                               const std::vector<double>& vy, double phase) {
   SectionOptions options;
   options.phase = phase;
   return sectionOf(time, angle, x, y, vx, vy, options);

@@ -9,9 +9,9 @@ namespace amb_rotor {
 namespace {
 
 /// Second derivatives at the knots of the not-a-knot cubic spline, four knots or more.
-/// Interior knots: h_(i-1) M_(i-1) + 2 (h_(i-1) + h_i) M_i + h_i M_(i+1) = 6 (d_i - d_(i-1)), d the slopes of the
-/// chords. Ends: the third derivative does not jump at the second and the last but one knot; this eliminates
-/// M_0 and M_(n-1) and leaves a tridiagonal system.
+/// Interior knots: h_(i-1) M_(i-1) + 2 (h_(i-1) + h_i) M_i + h_i M_(i+1) = 6 (d_i - d_(i-1)), d the slopes of
+/// the chords. Ends: the third derivative does not jump at the second and the last but one knot; this
+/// eliminates M_0 and M_(n-1) and leaves a tridiagonal system.
 std::vector<double> knotCurvature(const std::vector<double>& t, const std::vector<double>& v) {
   const std::size_t n = t.size(), m = n - 2;
   std::vector<double> h(n - 1), d(n - 1);
@@ -67,7 +67,8 @@ ShaftAngle::ShaftAngle(const TachoPulses& pulses) {
   const std::vector<double>& t = pulses.time;
   std::vector<double> curvature(n, 0.0);
   if (n == 3) {
-    const double first = (value[1] - value[0]) / (t[1] - t[0]), second = (value[2] - value[1]) / (t[2] - t[1]);
+    const double first = (value[1] - value[0]) / (t[1] - t[0]),
+                 second = (value[2] - value[1]) / (t[2] - t[1]);
     std::fill(curvature.begin(), curvature.end(), 2.0 * (second - first) / (t[2] - t[0]));
   } else if (n > 3) {
     curvature = knotCurvature(t, value);

@@ -44,7 +44,8 @@ class SegmentTransform {
 
   double noiseBandwidth() const { return noise_bandwidth_; }
 
-  std::vector<double> magnitude(const std::vector<double>& x, const std::vector<double>& y, std::size_t start) {
+  std::vector<double> magnitude(const std::vector<double>& x, const std::vector<double>& y,
+                                std::size_t start) {
     Complex mean = 0.0;
     for (std::size_t i = 0; i < buffer_.size(); ++i) {
       buffer_[i] = Complex(x[start + i], y.empty() ? 0.0 : y[start + i]);
@@ -176,7 +177,8 @@ std::vector<double> windowValues(Window window, std::size_t n) {
   return values;
 }
 
-Spectrum amplitudeSpectrum(const std::vector<double>& signal, double sample_rate, const SpectrumOptions& options) {
+Spectrum amplitudeSpectrum(const std::vector<double>& signal, double sample_rate,
+                           const SpectrumOptions& options) {
   return spectrumOf(signal, {}, sample_rate, false, options);
 }
 
@@ -186,7 +188,8 @@ Spectrum fullSpectrum(const std::vector<double>& x, const std::vector<double>& y
   return spectrumOf(x, y, sample_rate, true, options);
 }
 
-std::vector<SpectralPeak> spectralPeaks(const Spectrum& spectrum, std::size_t max_count, double least_amplitude) {
+std::vector<SpectralPeak> spectralPeaks(const Spectrum& spectrum, std::size_t max_count,
+                                        double least_amplitude) {
   std::vector<SpectralPeak> peaks;
   const std::vector<double>& a = spectrum.amplitude;
   for (std::size_t k = 1; k + 1 < a.size(); ++k) {

@@ -108,7 +108,8 @@ TachoPulses numberPulses(std::vector<double> edges) {
       // At the ends there is one neighbour only, and a fast run-up from rest looks the same: ask for more.
       const bool both = before > 0.0 && after > 0.0;
       const double tolerance = both ? missing_tolerance : 0.5 * missing_tolerance;
-      if (steps > 1 && std::fabs(ratio - static_cast<double>(steps)) < tolerance * static_cast<double>(steps)) {
+      if (steps > 1 &&
+          std::fabs(ratio - static_cast<double>(steps)) < tolerance * static_cast<double>(steps)) {
         pulses.faults.push_back(
             {TachoFaultKind::missing_pulse, edges[i - 1], static_cast<int>(std::min(steps - 1, 1000000L))});
         turn += steps;
@@ -122,8 +123,9 @@ TachoPulses numberPulses(std::vector<double> edges) {
     pulses.turn.push_back(turn);
   }
   pulses.time = std::move(edges);
-  pulses.state = pulses.time.size() >= 2 ? TachoState::turning
-                                         : (pulses.time.empty() ? TachoState::standstill : TachoState::too_few);
+  pulses.state = pulses.time.size() >= 2
+                     ? TachoState::turning
+                     : (pulses.time.empty() ? TachoState::standstill : TachoState::too_few);
   return pulses;
 }
 
@@ -154,12 +156,14 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
   }
   if (steps.size() > 2) {
     std::vector<double> sorted = steps;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                     sorted.end());
     const double usual = sorted[sorted.size() / 2];
     for (std::size_t i = 1; i < time.size(); ++i) {
       const double step = time[i] - time[i - 1];
       if (usual > 0.0 && step > gap_steps * usual) {
-        dropouts.push_back({TachoFaultKind::dropout, time[i - 1], static_cast<int>(std::lround(step / usual)) - 1});
+        dropouts.push_back(
+            {TachoFaultKind::dropout, time[i - 1], static_cast<int>(std::lround(step / usual)) - 1});
       }
     }
   }

@@ -59,7 +59,8 @@ WhirlState WhirlAccumulator::state() const {
 void WhirlAccumulator::reset() { *this = WhirlAccumulator(center_x_, center_y_, least_radius_); }
 
 WhirlState whirlFromOrbit(const std::vector<double>& time, const std::vector<double>& x,
-                          const std::vector<double>& y, double center_x, double center_y, double least_radius) {
+                          const std::vector<double>& y, double center_x, double center_y,
+                          double least_radius) {
   requireSameLength(time, x, "x");
   requireSameLength(time, y, "y");
   WhirlAccumulator accumulator(center_x, center_y, least_radius);
@@ -111,7 +112,7 @@ SlipState slipState(double spin, double whirl, double rotor_radius, double orbit
   state.slip_speed = rotor_radius * spin + orbit_radius * whirl;
   if (spin == 0.0) return state;
   state.kind = std::fabs(state.slip_speed) <= tolerance * std::fabs(rotor_radius * spin) ? SlipKind::rolling
-                                                                                        : SlipKind::slipping;
+                                                                                         : SlipKind::slipping;
   return state;
 }
 

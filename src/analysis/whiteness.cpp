@@ -99,7 +99,8 @@ BootstrapResult blockBootstrap(const std::vector<std::vector<double>>& blocks,
   return result;
 }
 
-std::vector<std::vector<double>> turnBlocks(const std::vector<double>& angle, const std::vector<double>& values) {
+std::vector<std::vector<double>> turnBlocks(const std::vector<double>& angle,
+                                            const std::vector<double>& values) {
   requireSameLength(angle, values, "values");
   std::vector<std::vector<double>> blocks;
   if (angle.size() < 2) return blocks;

@@ -2,9 +2,9 @@
 // Statistics of the contact of rotor and auxiliary bearing in one plane.
 //
 // The rotor is in contact while the normal force N exceeds `touch_force`; it has left when N falls to
-// `release_force` or below (hysteresis, so that noise on N makes no impacts). Between samples N is linear, and
-// the times of touching and release are its crossings; time shares and integrals follow from that.
-// An impact is one touch-down. The rub angle is the direction of the rotor's centre from the bearing's centre
+// `release_force` or below (hysteresis, so that noise on N makes no impacts). Between samples N is linear,
+// and the times of touching and release are its crossings; time shares and integrals follow from that. An
+// impact is one touch-down. The rub angle is the direction of the rotor's centre from the bearing's centre
 // while in contact: its mean direction, its spread, and the smallest arc that holds all of it (1 deg steps).
 //
 // Units: N, s, m, rad; frame: inertial, angles from x towards y. Valid: times grow.
@@ -33,9 +33,9 @@ struct ContactStatistics {
   double impulse = 0.0;               ///< [N s] integral of N
   double longest_contact = 0.0;       ///< [s]
   double mean_contact = 0.0;          ///< [s] time in contact over number of contacts
-  double mean_direction = 0.0;  ///< [rad] circular mean of the contact's direction, weighted by time
-  double direction_spread = 0.0;  ///< [-] 1 - resultant: 0 all at one place, 1 evenly all round
-  double rub_arc = 0.0;           ///< [rad] smallest arc that holds all contact, 2 pi: all round
+  double mean_direction = 0.0;        ///< [rad] circular mean of the contact's direction, weighted by time
+  double direction_spread = 0.0;      ///< [-] 1 - resultant: 0 all at one place, 1 evenly all round
+  double rub_arc = 0.0;               ///< [rad] smallest arc that holds all contact, 2 pi: all round
   std::size_t non_finite = 0;
 };
 

@@ -1,16 +1,17 @@
 #pragma once
 // Two numbers that tell regular, chaotic and random series of states apart.
 //
-// 0-1 test: p_n + i q_n = sum_(j<n) u_j exp(i j c); its mean square displacement grows linearly for chaos (and
-//   noise) and stays bounded for regular motion. K is the correlation of the displacement (the bounded oscillating
-//   term taken off) with n, the median over 100 values of c: about 0 regular, about 1 chaotic or random.
+// 0-1 test: p_n + i q_n = sum_(j<n) (u_j - mean) exp(i j c); its mean square displacement grows linearly for
+// chaos (and
+//   noise) and stays bounded for regular motion. K is the correlation of the displacement with n, the
+//   median over 100 values of c: about 0 regular, about 1 chaotic or random.
 // Forecast ratio: error of predicting each state's successor by the successor of its nearest neighbour, over
 //   the error of predicting it by a random other state: about 0 deterministic, about 1 random.
 // Together: K near 1 with a small ratio is deterministic chaos; K near 1 with a ratio near 1 is noise.
 //
 // Units: none. Valid: at least some 100 states, better 300 to 1000; slow drift removed.
-// Sources: Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129; Farmer and Sidorowich, PRL 59 (1987).
-// Left out: chaos of dimension so high that the points do not come near one another looks random.
+// Sources: Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129; Farmer and Sidorowich, PRL 59
+// (1987). Left out: chaos of dimension so high that the points do not come near one another looks random.
 #include <Eigen/Core>
 #include <vector>
 

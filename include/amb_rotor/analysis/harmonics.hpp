@@ -1,7 +1,8 @@
 #pragma once
 // Orders (harmonics of the shaft's turn) of the motion in one plane, with phase, forward and backward.
 //
-// Thesis 5.10 to 5.19, corrected (the 2/T multiplies the integral; the phase is that of A cos(n theta + beta)):
+// Thesis 5.10 to 5.19, corrected (the 2/T multiplies the integral; the phase is that of A cos(n theta +
+// beta)):
 //   q(theta) = U0/2 + sum_n U_n cos(n theta) + V_n sin(n theta) = mean + sum_n A_n cos(n theta + beta_n),
 //   A_n = sqrt(U_n^2 + V_n^2), beta_n = atan2(-V_n, U_n).
 // Here as complex amplitude Q_n = U_n - i V_n, q_n = Re(Q_n exp(i n theta)), so A = |Q|, beta = arg Q.
@@ -9,8 +10,9 @@
 // 1/subdivision (subdivision 2 gives 1/2X, 1X, 3/2X, ...). Then X_n = F_n + conj(B_n),
 // Y_n = -i (F_n - conj(B_n)).
 //
-// The amplitudes are the least-squares fit to the samples over a whole number of turns: equal to the integrals
-// for dense samples, and exact for a sum of the fitted orders at any sampling, also with varying speed.
+// The amplitudes are the least-squares fit to the samples over a whole number of turns: equal to the
+// integrals for dense samples, and exact for a sum of the fitted orders at any sampling, also with varying
+// speed.
 //
 // Symbols: theta shaft angle [rad], 0 at the tacho's rising edge, growing; x, y [m] (any unit; kept).
 // Valid: more than 2 max_order samples a turn; at least `subdivision` whole turns.
@@ -43,13 +45,13 @@ struct OrderComponent {
 /// Result of an order analysis. Too little data is a result (valid = false), not an exception.
 struct OrderAnalysis {
   bool valid = false;
-  std::string reason;         ///< why not valid
-  double turns = 0.0;         ///< turns covered
-  std::size_t samples = 0;    ///< used
-  std::size_t non_finite = 0;  ///< left out
-  std::complex<double> mean;  ///< x + i y [m]
+  std::string reason;                      ///< why not valid
+  double turns = 0.0;                      ///< turns covered
+  std::size_t samples = 0;                 ///< used
+  std::size_t non_finite = 0;              ///< left out
+  std::complex<double> mean;               ///< x + i y [m]
   std::vector<OrderComponent> components;  ///< ascending order
-  double residual_rms = 0.0;  ///< [m] rms of |z - fit|; meaningful above 1e-7 of the rms of z
+  double residual_rms = 0.0;               ///< [m] rms of |z - fit|; meaningful above 1e-7 of the rms of z
 
   /// The component of an order, nullptr where it was not fitted.
   const OrderComponent* find(double order) const;

@@ -45,16 +45,16 @@ OrbitEllipse orbitEllipse(std::complex<double> forward, std::complex<double> bac
 /// Size and place of an orbit.
 struct OrbitStatistics {
   std::size_t samples = 0;
-  std::size_t non_finite = 0;  ///< samples that held NaN or infinity; they are in no other number
-  double mean_x = 0.0;         ///< [m] in the inertial frame
-  double mean_y = 0.0;         ///< [m]
-  double rms_about_mean = 0.0;  ///< [m] sqrt(mean((x - mean_x)^2 + (y - mean_y)^2))
-  double mean_radius = 0.0;    ///< [m] about the bearing's centre
-  double max_radius = 0.0;     ///< [m] about the bearing's centre
-  double min_radius = 0.0;     ///< [m] about the bearing's centre
-  double peak_to_peak_x = 0.0;  ///< [m]
-  double peak_to_peak_y = 0.0;  ///< [m]
-  double max_radius_over_clearance = 0.0;   ///< [-] above 1: the auxiliary bearing is pressed in
+  std::size_t non_finite = 0;              ///< samples that held NaN or infinity; they are in no other number
+  double mean_x = 0.0;                     ///< [m] in the inertial frame
+  double mean_y = 0.0;                     ///< [m]
+  double rms_about_mean = 0.0;             ///< [m] sqrt(mean((x - mean_x)^2 + (y - mean_y)^2))
+  double mean_radius = 0.0;                ///< [m] about the bearing's centre
+  double max_radius = 0.0;                 ///< [m] about the bearing's centre
+  double min_radius = 0.0;                 ///< [m] about the bearing's centre
+  double peak_to_peak_x = 0.0;             ///< [m]
+  double peak_to_peak_y = 0.0;             ///< [m]
+  double max_radius_over_clearance = 0.0;  ///< [-] above 1: the auxiliary bearing is pressed in
   double mean_radius_over_clearance = 0.0;  ///< [-]
 };
 

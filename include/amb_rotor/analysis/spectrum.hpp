@@ -2,16 +2,18 @@
 // Amplitude spectra: of one channel, full spectrum of the plane (forward and backward), waterfall.
 //
 // Amplitude spectrum of u: A cos(2 pi f t + b) at a line's frequency shows A (not rms, not density):
-//   A_k = 2 |sum w_n u_n exp(-2 pi i k n/N)| / (N G), G = sum w_n / N the window's coherent gain; the factor 2
-//   is 1 at 0 and at half the sample rate.
-// Full spectrum of z = x + i y: |sum w_n z_n exp(-2 pi i k n/N)| / (N G) at signed frequencies; a forward whirl
+//   A_k = 2 |sum w_n u_n exp(-2 pi i k n/N)| / (N G), G = sum w_n / N the window's coherent gain; the factor
+//   2 is 1 at 0 and at half the sample rate.
+// Full spectrum of z = x + i y: |sum w_n z_n exp(-2 pi i k n/N)| / (N G) at signed frequencies; a forward
+// whirl
 //   of radius r shows r at +f, a backward one r at -f.
 // With segments the amplitudes are root mean squares over the segments (Welch 1967).
 //
 // Units: the unit of the signal; frequency [Hz]. Valid: equally spaced samples.
 // Errors: InputError for bad options or lengths; a record shorter than one segment gives an empty result.
 // Source: Harris, On the use of windows, Proc. IEEE 66 (1978); flat top of ISO 18431-2.
-// Left out: phase (see harmonics.hpp for phase against the shaft), density scaling (divide by noise bandwidth).
+// Left out: phase (see harmonics.hpp for phase against the shaft), density scaling (divide by noise
+// bandwidth).
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -55,8 +57,8 @@ struct SpectralPeak {
 };
 
 /// The largest local maxima at or above a least amplitude, largest first. Frequency and amplitude are
-/// interpolated: for the Hann window by the exact ratio of two lines of a single tone, else by a parabola through
-/// the logarithms.
+/// interpolated: for the Hann window by the exact ratio of two lines of a single tone, else by a parabola
+/// through the logarithms.
 std::vector<SpectralPeak> spectralPeaks(const Spectrum& spectrum, std::size_t max_count,
                                         double least_amplitude = 0.0);
 

@@ -1,20 +1,21 @@
 #pragma once
 // Shaft angle and speed from a sampled tacho channel: one pulse a turn, angle 0 at the rising edge.
 //
-// Edge: where the channel rises through the threshold. The samples of an edge hold intermediate values (a ramp
-// over at least two samples), so the crossing is found between samples by a straight line:
+// Edge: where the channel rises through the threshold. The samples of an edge hold intermediate values (a
+// ramp over at least two samples), so the crossing is found between samples by a straight line:
 //   t_e = t_i + (threshold - s_i)/(s_(i+1) - s_i) (t_(i+1) - t_i),
 // exact for a straight ramp; with values rounded to q the error is uniform within q/2 times the ramp's time
-// (0.001 and two samples of 0.1 ms: 1e-7 s at most, 6e-8 s rms). A channel without intermediate values has the
-// error of half a sample.
+// (0.001 and two samples of 0.1 ms: 1e-7 s at most, 6e-8 s rms). A channel without intermediate values has
+// the error of half a sample.
 //
 // Turns: edges are numbered by the turn k (angle 2 pi k). A pulse too many (two intervals that together are
-// the period of their neighbours) is left out; an interval of about a whole number of neighbouring periods counts as that many turns
-// (missing pulses). Both are reported, with dropouts (NaN samples, gaps in time).
+// the period of their neighbours) is left out; an interval of about a whole number of neighbouring periods
+// counts as that many turns (missing pulses). Both are reported, with dropouts (NaN samples, gaps in time).
 //
 // Angle between pulses, two models:
 //   constant speed  theta = Omega (t - t_0) [+ a/2 (t - t_0)^2], least squares of the first N turns;
-//   spline          the cubic spline (twice continuously differentiable, not-a-knot ends) through (t_k, 2 pi k);
+//   spline          the cubic spline (twice continuously differentiable, not-a-knot ends) through (t_k, 2 pi
+//   k);
 //                   beyond the ends constant acceleration.
 // Standstill: no pulse, constant value. The angle is then unknown (angle_known = false, speed 0, angle 0).
 //

@@ -1,13 +1,14 @@
 #pragma once
 // Whirl of the rotor's centre: direction and frequency, slipping or rolling on the auxiliary bearing.
 //
-// From the orbit: phi = atan2(y - y_c, x - x_c) about the bearing's centre, unwrapped; the whirl frequency is the
-// slope of the straight line fitted to phi(t), positive forward (with the spin). Samples nearer to the centre
-// than `least_radius` have no direction and are passed over.
-// From the full spectrum: the largest line and the energies at positive and negative frequencies.
+// From the orbit: phi = atan2(y - y_c, x - x_c) about the bearing's centre, unwrapped; the whirl frequency is
+// the slope of the straight line fitted to phi(t), positive forward (with the spin). Samples nearer to the
+// centre than `least_radius` have no direction and are passed over. From the full spectrum: the largest line
+// and the energies at positive and negative frequencies.
 //
-// Rolling: a rotor of radius R that spins at Omega inside a fixed ring of radius R + C, its centre on a circle of
-// radius r about the ring's centre (C the clearance, r = C plus the penetration) at the whirl speed w, slips with
+// Rolling: a rotor of radius R that spins at Omega inside a fixed ring of radius R + C, its centre on a
+// circle of radius r about the ring's centre (C the clearance, r = C plus the penetration) at the whirl speed
+// w, slips with
 //   v = R Omega + r w.  Pure rolling: w = -R Omega / r, with r = C the known -R Omega / C (backward).
 //
 // Units: rad/s, m, s. Valid: at least about 8 samples a whirl (resolved = false where the angle steps by more
@@ -25,12 +26,12 @@ namespace amb_rotor {
 
 struct WhirlState {
   WhirlDirection direction = WhirlDirection::none;
-  double frequency = 0.0;        ///< [rad/s] signed, backward negative
-  double revolutions = 0.0;      ///< signed turns about the centre in the record
-  double forward_share = 0.0;    ///< [-] of the angle's path that was forward
-  double mean_radius = 0.0;      ///< [m] about the centre
-  bool resolved = true;          ///< false: too few samples a whirl
-  std::size_t samples = 0;       ///< used
+  double frequency = 0.0;      ///< [rad/s] signed, backward negative
+  double revolutions = 0.0;    ///< signed turns about the centre in the record
+  double forward_share = 0.0;  ///< [-] of the angle's path that was forward
+  double mean_radius = 0.0;    ///< [m] about the centre
+  bool resolved = true;        ///< false: too few samples a whirl
+  std::size_t samples = 0;     ///< used
 };
 
 /// Sample-by-sample whirl.
@@ -59,10 +60,10 @@ WhirlState whirlFromOrbit(const std::vector<double>& time, const std::vector<dou
 /// What the full spectrum says of the whirl.
 struct SpectralWhirl {
   WhirlDirection direction = WhirlDirection::none;
-  double frequency = 0.0;         ///< [rad/s] of the largest peak, signed
-  double amplitude = 0.0;         ///< [m] of that peak
-  double forward_energy = 0.0;    ///< [m^2] sum of squares at positive frequencies
-  double backward_energy = 0.0;   ///< [m^2]
+  double frequency = 0.0;        ///< [rad/s] of the largest peak, signed
+  double amplitude = 0.0;        ///< [m] of that peak
+  double forward_energy = 0.0;   ///< [m^2] sum of squares at positive frequencies
+  double backward_energy = 0.0;  ///< [m^2]
 };
 
 /// @param planar_ratio energies that differ by less than this share of their sum count as planar.
@@ -79,8 +80,8 @@ struct SlipState {
 
 /// @param spin Omega [rad/s], @param whirl w [rad/s] signed, @param rotor_radius R [m],
 /// @param orbit_radius r [m], the clearance or the measured mean radius.
-/// @param tolerance rolling where |slip speed| <= tolerance * |R Omega|: the share by which mean whirl and radius
-/// are uncertain. @throw InputError: radii not above 0, tolerance below 0.
+/// @param tolerance rolling where |slip speed| <= tolerance * |R Omega|: the share by which mean whirl and
+/// radius are uncertain. @throw InputError: radii not above 0, tolerance below 0.
 SlipState slipState(double spin, double whirl, double rotor_radius, double orbit_radius,
                     double tolerance = 0.05);
 

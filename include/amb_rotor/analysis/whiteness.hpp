@@ -3,9 +3,9 @@
 //
 // Autocorrelation at lag k: r_k = sum_(t) (u_t - m)(u_(t+k) - m) / sum (u_t - m)^2, m the mean (biased form,
 // |r_k| <= 1).
-// Ljung-Box: Q = n (n + 2) sum_(k=1..h) r_k^2 / (n - k); for white u chi-squared with h - p degrees of freedom,
-// p the parameters fitted to the same record. p_value = P(chi2 > Q): small means not white.
-// Block bootstrap: whole blocks (turns of the shaft) drawn with replacement, the statistic of each draw; what
+// Ljung-Box: Q = n (n + 2) sum_(k=1..h) r_k^2 / (n - k); for white u chi-squared with h - p degrees of
+// freedom, p the parameters fitted to the same record. p_value = P(chi2 > Q): small means not white. Block
+// bootstrap: whole blocks (turns of the shaft) drawn with replacement, the statistic of each draw; what
 // repeats with the turn stays inside a block, so that its correlation does not shrink the interval falsely.
 //
 // Units: any. Sources: Ljung and Box, Biometrika 65 (1978); Kuensch, Ann. Stat. 17 (1989).
@@ -57,6 +57,7 @@ BootstrapResult blockBootstrap(const std::vector<std::vector<double>>& blocks,
 
 /// Values cut into whole turns of the shaft; the incomplete turns at the ends are left out.
 /// @throw InputError: lengths differ.
-std::vector<std::vector<double>> turnBlocks(const std::vector<double>& angle, const std::vector<double>& values);
+std::vector<std::vector<double>> turnBlocks(const std::vector<double>& angle,
+                                            const std::vector<double>& values);
 
 }  // namespace amb_rotor
