@@ -97,6 +97,9 @@ class Machine {
   const std::vector<S>& relaxationWeights() const { return relaxation_weights_; }
   const std::vector<S>& relaxationRates() const { return relaxation_rates_; }
 
+  /// Positive while an end carries contact, negative while it does not [m]; sign as the smaller of penetration and margin.
+  S contactGuard(int end, const S* state) const;
+
   /// Contact at both ends for a state, as a partner in the node graph computes it.
   void contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const;
 

@@ -274,6 +274,21 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
 }
 
 template <class S>
+S Machine<S>::contactGuard(int end, const S* state) const {
+  const S* v = state + 2 * rotor_.modes();
+  const auto& bearing = rig_.auxiliary_bearing;
+  Vec2<S> centre, centre_velocity;
+  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, centre, centre_velocity);
+  for (const auto* effect : centring_) effect->contactCentre(end, centre);
+  if (mount_ != nullptr) mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
+  const ContactGeometry<S> g = contactGeometry(rotor_.at(plane_aux + end, state) - centre,
+                                               rotor_.at(plane_aux + end, v) - centre_velocity, bearing.clearance_m);
+  NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
+  for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
+  return minimum(g.penetration, n.margin);
+}
+
+template <class S>
 void Machine<S>::contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const {
   Observation<S> seen;
   evaluate(in, state, nullptr, &seen);

@@ -1,0 +1,56 @@
+#pragma once
+// Excitations and faults of a scenario as functions of time: what acts on the machine from outside.
+//
+// A fault begins at start_s, grows linearly over ramp_s to its amount, and ends duration_s after its start
+// (0: never). An impulse is a half sine over duration_s. Waveforms: step A; impulse A sin(pi t/T); sine
+// A sin(2 pi f t); chirp A sin(2 pi (f0 t + (f1 - f0) t^2/(2 T))), linear in frequency.
+#include <array>
+#include <vector>
+
+#include "amb_rotor/model/rig.hpp"
+#include "amb_rotor/model/scenario.hpp"
+
+namespace amb_rotor {
+
+/// Value of an excitation at a time [N or A].
+double waveformValue(const Excitation& excitation, double time);
+
+/// Share of its amount that a fault has at a time, 0..1 (impulse: its half sine).
+double faultShare(const FaultEvent& fault, double time);
+
+class Schedule {
+ public:
+  Schedule() = default;
+  Schedule(const std::vector<Excitation>& excitations, const std::vector<FaultEvent>& faults);
+
+  /// Axial positions of the forces, and unbalances, that a machine must know planes for (ExtraPlanes).
+  const std::vector<double>& forcePlanes() const { return force_planes_; }
+  const std::vector<Unbalance<double>>& unbalances() const { return unbalances_; }
+
+  /// Forces at forcePlanes() [N].
+  void forces(double time, std::vector<Vec2<double>>& out) const;
+  /// Factors of unbalances().
+  void unbalanceFactors(double time, std::vector<double>& out) const;
+  /// Excitation current of an axis (0 ax, 1 ay, 2 bx, 3 by) [A].
+  double current(int axis, double time) const;
+  /// Offset of a sensor axis [m].
+  double sensorOffset(int axis, double time) const;
+  /// Whether a bearing axis is on. Instants count from their time on.
+  bool bearingOn(int axis, double time) const;
+  /// Instants at which something jumps or kinks, sorted.
+  const std::vector<double>& breakpoints() const { return breakpoints_; }
+  bool empty() const { return excitations_.empty() && faults_.empty(); }
+
+ private:
+  std::vector<Excitation> excitations_;
+  std::vector<FaultEvent> faults_;
+  std::vector<double> force_planes_, breakpoints_;
+  std::vector<Unbalance<double>> unbalances_;
+};
+
+/// Whether a fault addresses an axis (0 ax, 1 ay, 2 bx, 3 by).
+inline bool addresses(const FaultEvent& fault, int axis) {
+  return (fault.end < 0 || fault.end == axis / 2) && (fault.axis < 0 || fault.axis == axis % 2);
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,55 @@
+#pragma once
+// The shaft's angle over time where something outside the equations of motion prescribes it.
+#include <vector>
+
+#include "amb_rotor/model/scenario.hpp"
+
+namespace amb_rotor {
+
+/// Angle [rad], speed [rad/s] and acceleration [rad/s^2] at a time.
+struct ShaftInstant {
+  double angle = 0.0, speed = 0.0, acceleration = 0.0;
+};
+
+class ShaftPath {
+ public:
+  virtual ~ShaftPath() = default;
+  virtual ShaftInstant at(double time) const = 0;
+};
+
+/// Constant speed: angle = angle0 + speed t, also before t = 0.
+class ConstantShaft final : public ShaftPath {
+ public:
+  ConstantShaft(double angle0, double speed) : angle0_(angle0), speed_(speed) {}
+  ShaftInstant at(double time) const override { return {angle0_ + speed_ * time, speed_, 0.0}; }
+
+ private:
+  double angle0_, speed_;
+};
+
+/// Piecewise motion with closed-form angle: linear speed, or the decay W0/(1 + a t) of thesis 4.3.
+class PiecewiseShaft final : public ShaftPath {
+ public:
+  PiecewiseShaft(double angle0, double speed0);
+  /// From `time` on (>= the last breakpoint) the speed changes at a constant rate to `speed` over `duration`
+  /// (0: a jump), then stays.
+  void rampTo(double time, double speed, double duration);
+  /// From `time` on the speed falls as W0/(1 + factor (t - time)).
+  void decayFrom(double time, double factor);
+  ShaftInstant at(double time) const override;
+  const std::vector<double>& breakpoints() const { return times_; }
+
+ private:
+  struct Piece {
+    double start, angle, speed, slope, decay;
+  };
+  static ShaftInstant within(const Piece& piece, double time);
+  void append(double time, double slope, double decay, const double* new_speed);
+  std::vector<Piece> pieces_;
+  std::vector<double> times_;
+};
+
+/// The path of a scenario: its speed law and its speed_change faults.
+PiecewiseShaft shaftPath(const Scenario& scenario);
+
+}  // namespace amb_rotor

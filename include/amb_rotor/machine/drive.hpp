@@ -1,0 +1,48 @@
+#pragma once
+// What drives a machine through a run: shaft, excitation, faults, sensor errors. Shared by all lanes but for
+// what carries a Scalar.
+#include <vector>
+
+#include "amb_rotor/excitation/schedule.hpp"
+#include "amb_rotor/excitation/shaft_path.hpp"
+#include "amb_rotor/common/shaft.hpp"
+
+namespace amb_rotor {
+
+/// Excitation currents as recorded: value m holds from m/rate until the next.
+struct HeldExcitation {
+  double rate_hz = 0.0;
+  std::vector<double> axis[4];  ///< ax, ay, bx, by [A]; empty: none
+
+  double at(int a, double time) const {
+    if (axis[a].empty()) return 0.0;
+    const long i = static_cast<long>(time * rate_hz + 1e-6);
+    return i < 0 || i >= static_cast<long>(axis[a].size()) ? 0.0 : axis[a][i];
+  }
+};
+
+template <class S>
+struct Drive {
+  const ShaftPath* path = nullptr;   ///< null: angle0 + speed t, a value for each lane
+  S angle0{0.0}, speed{0.0};         ///< [rad], [rad/s]
+  const HeldExcitation* excitation = nullptr;
+  const Schedule* schedule = nullptr;
+  S sensor_offset[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< [m]
+  S sensor_drift[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};   ///< [m/s], from t = 0
+
+  Shaft<S> shaft(double time) const {
+    if (path != nullptr) {
+      const ShaftInstant now = path->at(time);
+      Shaft<S> shaft;
+      shaft.angle = S(now.angle);
+      shaft.cosine = S(std::cos(now.angle));
+      shaft.sine = S(std::sin(now.angle));
+      shaft.speed = S(now.speed);
+      shaft.acceleration = S(now.acceleration);
+      return shaft;
+    }
+    return Shaft<S>::at(angle0 + speed * S(time), speed, S(0.0));
+  }
+};
+
+}  // namespace amb_rotor

@@ -1,0 +1,92 @@
+#pragma once
+// Fixed-step Runge-Kutta 4 for lanes (and double): no located events, contact by masks. Its step must resolve the
+// contact: see contactStep().
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/machine/simulator.hpp"
+
+namespace amb_rotor {
+
+template <class S>
+class LaneStepper {
+ public:
+  /// @param largest_step_s  of the integration between instants
+  LaneStepper(const Machine<S>& machine, double largest_step_s) : largest_(largest_step_s) {
+    const int n = machine.stateSize();
+    for (auto* buffer : {&k1_, &k2_, &k3_, &k4_, &work_}) buffer->assign(n, S(0.0));
+  }
+
+  void setLargestStep(double largest_step_s) { largest_ = largest_step_s; }
+
+  bool advance(const Simulator<S>& sim, double from, double to, MachineState<S>& state,
+               const typename Simulator<S>::Held& held) {
+    const Machine<S>& machine = sim.machine();
+    const int n = machine.stateSize();
+    const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / largest_ - 1e-6)));
+    const double h = (to - from) / steps;
+    const auto& decay = decayOf(sim.track(), 0.5 * h);
+    S* y = state.mechanics.data();
+    Inputs<S> in;
+    in.bearing_on[0] = held.bearing_on[0];
+    in.bearing_on[1] = held.bearing_on[1];
+    const bool prescribed = machine.spin() == Spin::prescribed;
+    if (prescribed) in.shaft = sim.drive().shaft(from);
+    sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
+    const S hs(h), half(0.5 * h), sixth(h / 6.0), two(2.0);
+    for (int step = 0; step < steps; ++step) {
+      const double t = from + step * h;
+      outside(sim, t, in);
+      machine.derivatives(in, y, k1_.data());
+      for (int i = 0; i < n; ++i) work_[i] = y[i] + half * k1_[i];
+      sim.track().move(decay, held.target, state.current, state.lag.data());
+      sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
+      if (prescribed) in.shaft = sim.drive().shaft(t + 0.5 * h);
+      outside(sim, t + 0.5 * h, in);
+      machine.derivatives(in, work_.data(), k2_.data());
+      for (int i = 0; i < n; ++i) work_[i] = y[i] + half * k2_[i];
+      machine.derivatives(in, work_.data(), k3_.data());
+      for (int i = 0; i < n; ++i) work_[i] = y[i] + hs * k3_[i];
+      sim.track().move(decay, held.target, state.current, state.lag.data());
+      sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
+      if (prescribed) in.shaft = sim.drive().shaft(t + h);
+      outside(sim, t + h, in);
+      machine.derivatives(in, work_.data(), k4_.data());
+      for (int i = 0; i < n; ++i) y[i] += sixth * (k1_[i] + two * (k2_[i] + k3_[i]) + k4_[i]);
+    }
+    return true;
+  }
+
+ private:
+  void outside(const Simulator<S>& sim, double time, Inputs<S>& in) {
+    const Schedule* schedule = sim.drive().schedule;
+    if (schedule == nullptr || (schedule->forcePlanes().empty() && schedule->unbalances().empty())) return;
+    schedule->forces(time, forces_);
+    schedule->unbalanceFactors(time, factors_);
+    lane_forces_.resize(forces_.size());
+    lane_factors_.resize(factors_.size());
+    for (std::size_t i = 0; i < forces_.size(); ++i) lane_forces_[i] = {S(forces_[i].x), S(forces_[i].y)};
+    for (std::size_t i = 0; i < factors_.size(); ++i) lane_factors_[i] = S(factors_[i]);
+    in.extra_force = lane_forces_.data();
+    in.extra_unbalance = lane_factors_.data();
+  }
+
+  const typename CurrentTrack<S>::Decay& decayOf(const CurrentTrack<S>& track, double dt) {
+    for (auto& cached : cache_)
+      if (std::fabs(cached.dt - dt) < 1e-14) return cached;
+    auto& slot = cache_[next_++ % 4];
+    slot = track.decay(dt);
+    return slot;
+  }
+
+  double largest_;
+  std::vector<S> k1_, k2_, k3_, k4_, work_;
+  typename CurrentTrack<S>::Decay cache_[4];
+  unsigned next_ = 0;
+  std::vector<Vec2<double>> forces_;
+  std::vector<double> factors_;
+  std::vector<Vec2<S>> lane_forces_;
+  std::vector<S> lane_factors_;
+};
+
+}  // namespace amb_rotor

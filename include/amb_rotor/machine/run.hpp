@@ -1,0 +1,65 @@
+#pragma once
+// One run of one machine, in process: a model and a scenario in, a trajectory out.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/machine/drive.hpp"
+#include "amb_rotor/machine/machine.hpp"
+#include "amb_rotor/machine/state.hpp"
+#include "amb_rotor/model/model.hpp"
+
+namespace amb_rotor {
+
+/// What was recorded, one entry an instant. Axes: ax, ay, bx, by. SI.
+struct Trajectory {
+  std::vector<double> time_s, angle_rad, speed_rad_s;
+  std::array<std::vector<double>, 4> displacement_m;   ///< the sensors' signals, with all their errors but noise
+  std::array<std::vector<double>, 4> position_m;       ///< the rotor at the sensors, relative to the stator
+  std::array<std::vector<double>, 4> aux_position_m;   ///< the rotor at the auxiliary bearings, absolute
+  std::array<std::vector<double>, 4> aux_centre_m;     ///< of the auxiliary bearings, absolute
+  std::array<std::vector<double>, 4> current_A;        ///< control currents behind the lag
+  std::array<std::vector<double>, 4> bearing_force_N;
+  std::array<std::vector<double>, 4> contact_force_N;  ///< on the rotor, normal and friction together
+  std::array<std::vector<double>, 2> normal_force_N, friction_force_N, penetration_m, slip_m_s, ring_speed_rad_s;
+  double clearance_m = 0.0;
+  /// Located contacts (event-accurate runs): end, start, end of contact; a contact that lasts ends with the run.
+  struct ContactSpan {
+    int end;
+    double from_s, to_s;
+  };
+  std::vector<ContactSpan> contacts;
+};
+
+enum class RunStatus { ok, diverged, integration_failed };
+
+struct RunOutcome {
+  RunStatus status = RunStatus::ok;
+  std::string reason;   ///< empty where ok
+  double time_s = 0.0;  ///< reached
+  long steps = 0, evaluations = 0, events = 0;
+};
+
+struct RunOptions {
+  double relative_tolerance = 1e-8;
+  double settle_s = 0.5;  ///< length of the run-in before t = 0 where a scenario starts settled
+};
+
+struct Run {
+  Trajectory trajectory;
+  RunOutcome outcome;
+  MachineState<double> final_state;
+};
+
+/// Event-accurate run. The trajectory up to a failure is kept.
+Run simulate(const Model& model, const Scenario& scenario, const RunOptions& options = {});
+
+/// The settled state of a machine at the start of a drive: run in at its starting speed without excitation,
+/// faults and integrator, for options.settle_s.
+MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive,
+                                  const RunOptions& options, RunOutcome& outcome);
+
+/// How a spin is treated for a model and a speed law.
+Spin spinOf(const Model& model, const Scenario& scenario);
+
+}  // namespace amb_rotor

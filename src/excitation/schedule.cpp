@@ -1,0 +1,108 @@
+#include "amb_rotor/excitation/schedule.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+
+namespace amb_rotor {
+namespace {
+
+bool isForce(const FaultEvent& fault) {
+  return fault.type == FaultType::force_impulse || fault.type == FaultType::force_step;
+}
+
+}  // namespace
+
+double waveformValue(const Excitation& e, double time) {
+  const double t = time - e.start_s;
+  if (t < 0.0 || (e.duration_s > 0.0 && t >= e.duration_s)) return 0.0;
+  switch (e.waveform) {
+    case Waveform::step: return e.amplitude;
+    case Waveform::impulse: return e.amplitude * std::sin(pi * t / e.duration_s);
+    case Waveform::sine: return e.amplitude * std::sin(two_pi * e.start_hz * t);
+    case Waveform::chirp:
+      return e.amplitude *
+             std::sin(two_pi * (e.start_hz * t + 0.5 * (e.end_hz - e.start_hz) * t * t / e.duration_s));
+  }
+  return 0.0;
+}
+
+double faultShare(const FaultEvent& fault, double time) {
+  const double t = time - fault.start_s;
+  if (t < 0.0 || (fault.duration_s > 0.0 && t >= fault.duration_s)) return 0.0;
+  if (fault.type == FaultType::force_impulse) return std::sin(pi * t / fault.duration_s);
+  return fault.ramp_s > 0.0 ? std::min(1.0, t / fault.ramp_s) : 1.0;
+}
+
+Schedule::Schedule(const std::vector<Excitation>& excitations, const std::vector<FaultEvent>& faults)
+    : excitations_(excitations), faults_(faults) {
+  for (const auto& e : excitations_) {
+    if (e.kind == Excitation::Kind::force) force_planes_.push_back(e.plane_z_m);
+    breakpoints_.push_back(e.start_s);
+    if (e.duration_s > 0.0) breakpoints_.push_back(e.start_s + e.duration_s);
+  }
+  for (const auto& f : faults_) {
+    if (isForce(f)) force_planes_.push_back(f.plane_z_m);
+    if (f.type == FaultType::unbalance_step)
+      unbalances_.push_back({f.plane_z_m, f.amount, f.phase_rad});
+    breakpoints_.push_back(f.start_s);
+    if (f.ramp_s > 0.0) breakpoints_.push_back(f.start_s + f.ramp_s);
+    if (f.duration_s > 0.0) breakpoints_.push_back(f.start_s + f.duration_s);
+  }
+  std::sort(breakpoints_.begin(), breakpoints_.end());
+  breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
+}
+
+void Schedule::forces(double time, std::vector<Vec2<double>>& out) const {
+  out.clear();
+  for (const auto& e : excitations_)
+    if (e.kind == Excitation::Kind::force) {
+      const double value = waveformValue(e, time);
+      out.push_back({value * std::cos(e.direction_rad), value * std::sin(e.direction_rad)});
+    }
+  for (const auto& f : faults_)
+    if (isForce(f)) {
+      const double value = f.amount * faultShare(f, time);
+      out.push_back({value * std::cos(f.phase_rad), value * std::sin(f.phase_rad)});
+    }
+}
+
+void Schedule::unbalanceFactors(double time, std::vector<double>& out) const {
+  out.clear();
+  for (const auto& f : faults_)
+    if (f.type == FaultType::unbalance_step) out.push_back(faultShare(f, time));
+}
+
+double Schedule::current(int axis, double time) const {
+  double sum = 0.0;
+  for (const auto& e : excitations_)
+    if (e.kind == Excitation::Kind::current && 2 * e.end + e.axis == axis) sum += waveformValue(e, time);
+  return sum;
+}
+
+double Schedule::sensorOffset(int axis, double time) const {
+  double sum = 0.0;
+  for (const auto& f : faults_)
+    if (f.type == FaultType::sensor_offset && addresses(f, axis)) sum += f.amount * faultShare(f, time);
+  return sum;
+}
+
+bool Schedule::bearingOn(int axis, double time) const {
+  bool on = true;
+  double latest = -1.0;
+  for (const auto& f : faults_) {
+    if ((f.type != FaultType::amb_off && f.type != FaultType::amb_on) || !addresses(f, axis)) continue;
+    const double t = time + 1e-12;
+    if (t < f.start_s) continue;
+    const bool ended = f.duration_s > 0.0 && t >= f.start_s + f.duration_s;
+    const double when = ended ? f.start_s + f.duration_s : f.start_s;
+    if (when >= latest) {
+      latest = when;
+      on = (f.type == FaultType::amb_on) != ended;
+    }
+  }
+  return on;
+}
+
+}  // namespace amb_rotor

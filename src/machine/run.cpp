@@ -1,0 +1,167 @@
+#include "amb_rotor/machine/run.hpp"
+
+#include <cmath>
+
+#include "amb_rotor/machine/event_stepper.hpp"
+#include "amb_rotor/machine/simulator.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Beyond this multiple of the air gap or clearance a run counts as diverged.
+constexpr double divergence_factor = 50.0;
+
+void append(std::array<std::vector<double>, 4>& rows, const Vec2<double> value[2]) {
+  rows[0].push_back(value[0].x);
+  rows[1].push_back(value[0].y);
+  rows[2].push_back(value[1].x);
+  rows[3].push_back(value[1].y);
+}
+
+/// Writes one recorded instant into a trajectory.
+void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory& out) {
+  const MachineState<double>& state = *seen.state;
+  Inputs<double> in;
+  in.shaft = seen.shaft;
+  sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
+  for (int a = 0; a < 4; ++a)
+    (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) = sim.bearingOn(a, seen.time) ? 1.0 : 0.0;
+  in.contact_mode = state.contact_mode;
+  Observation<double> observation;
+  sim.machine().observe(in, state.mechanics.data(), nullptr, observation);
+  out.time_s.push_back(seen.time);
+  out.angle_rad.push_back(seen.shaft.angle);
+  out.speed_rad_s.push_back(seen.shaft.speed);
+  Vec2<double> force[2], centre[2];
+  for (int end = 0; end < 2; ++end) {
+    const auto& contact = observation.contact[end];
+    force[end] = contact.force;
+    centre[end] = contact.centre;
+    out.normal_force_N[end].push_back(contact.normal_force);
+    out.friction_force_N[end].push_back(contact.friction_force);
+    out.penetration_m[end].push_back(contact.penetration);
+    out.slip_m_s[end].push_back(contact.slip);
+    out.ring_speed_rad_s[end].push_back(observation.ring_speed[end]);
+  }
+  append(out.position_m, observation.sensor_position);
+  append(out.aux_position_m, observation.aux_position);
+  append(out.aux_centre_m, centre);
+  append(out.bearing_force_N, observation.bearing_force);
+  append(out.contact_force_N, force);
+  for (int a = 0; a < 4; ++a) {
+    out.displacement_m[a].push_back(seen.signal[a]);
+    out.current_A[a].push_back(state.current[a]);
+  }
+}
+
+}  // namespace
+
+Spin spinOf(const Model& model, const Scenario& scenario) {
+  if (scenario.speed.type == SpeedType::free) return Spin::free;
+  if (scenario.speed.type == SpeedType::constant)
+    for (const auto& effect : model.effects)
+      if (effect.id == "spin_drag") return Spin::drag;
+  return Spin::prescribed;
+}
+
+MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive,
+                                  const RunOptions& options, RunOutcome& outcome) {
+  const ShaftInstant start = drive.path != nullptr
+                                 ? drive.path->at(0.0)
+                                 : ShaftInstant{drive.angle0, drive.speed, 0.0};
+  Drive<double> run_in = drive;
+  const ConstantShaft shaft(start.angle, start.speed);
+  run_in.path = &shaft;
+  run_in.excitation = nullptr;
+  run_in.schedule = nullptr;
+  const Simulator<double> sim(machine, run_in, 0.0);
+  // whole samples before t = 0, so that the controller's instants fall on its grid
+  const double rate = machine.ambModel() == AmbModel::linear ? machine.rig().controller.sample_rate_hz : 1e4;
+  const double from = -std::ceil(options.settle_s * rate) / rate;
+  MachineState<double> state = sim.atRest(from);
+  EventStepper stepper(machine, options.relative_tolerance);
+  const auto ignore = [](const Record<double>&) {};
+  if (!sim.run(state, 0.0, stepper, ignore)) {
+    outcome.status = RunStatus::integration_failed;
+    outcome.reason = "run-in: " + stepper.result().reason();
+  }
+  for (auto& controller : state.controller) controller.integral = 0.0;
+  state.next_record = 0;
+  if (machine.spin() != Spin::prescribed) {  // the run-in may have slowed it down
+    state.mechanics[machine.stateSize() - 2] = start.angle;
+    state.mechanics[machine.stateSize() - 1] = start.speed;
+  }
+  return state;
+}
+
+Run simulate(const Model& model, const Scenario& scenario, const RunOptions& options) {
+  Run run;
+  const Schedule schedule(scenario.excitations, scenario.faults);
+  const PiecewiseShaft path = shaftPath(scenario);
+  const Spin spin = spinOf(model, scenario);
+  if (spin == Spin::free && model.rig.rotor.polar_inertia_kg_m2 <= 0.0)
+    throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
+  const Machine<double> machine({&model}, spin, {schedule.forcePlanes(), schedule.unbalances()});
+  Drive<double> drive;
+  drive.path = &path;
+  drive.schedule = &schedule;
+  const Simulator<double> sim(machine, drive, scenario.record_rate_hz);
+  MachineState<double> state = sim.atRest(0.0);
+  if (scenario.start_settled) {
+    state = settledState(machine, drive, options, run.outcome);
+    if (run.outcome.status != RunStatus::ok) return run;
+  } else {
+    const int n = machine.rotor().modes();
+    const int given = static_cast<int>(scenario.initial_displacement_m.size());
+    // x_G, y_G, then beta and -alpha: the first two coordinates of each plane
+    for (int i = 0; i < given && i / 2 < n; ++i) {
+      state.mechanics[(i % 2) * n + i / 2] = scenario.initial_displacement_m[i];
+      if (i < static_cast<int>(scenario.initial_velocity_m_s.size()))
+        state.mechanics[2 * n + (i % 2) * n + i / 2] = scenario.initial_velocity_m_s[i];
+    }
+    for (int end = 0; end < 2; ++end)
+      state.contact_mode[end] = machine.contactGuard(end, state.mechanics.data()) > 0.0 ? 1 : 0;
+  }
+  Trajectory& out = run.trajectory;
+  out.clearance_m = model.rig.auxiliary_bearing.clearance_m;
+  EventStepper stepper(machine, options.relative_tolerance);
+  double since[2] = {0.0, 0.0};
+  stepper.setContactObserver([&](int end, bool touching, double time, const double*) {
+    if (touching)
+      since[end] = time;
+    else
+      out.contacts.push_back({end, since[end], time});
+  });
+  const double limit = divergence_factor * model.rig.auxiliary_bearing.clearance_m;
+  bool diverged = false;
+  const bool finished = [&] {
+    // in slices, so that a diverging run ends early
+    const double slice = std::max(scenario.duration_s / 200.0, 1e-3);
+    for (double end = std::min(slice, scenario.duration_s);; end = std::min(end + slice, scenario.duration_s)) {
+      const bool last = end >= scenario.duration_s;
+      if (!sim.run(state, end, stepper, [&](const Record<double>& seen) { record(sim, seen, out); }, last))
+        return false;
+      for (int i = 0; i < 2; ++i)
+        if (!(std::fabs(state.mechanics[i * machine.rotor().modes()]) < limit)) diverged = true;
+      if (diverged || last) return true;
+    }
+  }();
+  for (int end = 0; end < 2; ++end)
+    if (state.contact_mode[end] != 0) out.contacts.push_back({end, since[end], state.time});
+  run.outcome.time_s = state.time;
+  run.outcome.steps = stepper.statistics().steps;
+  run.outcome.evaluations = stepper.statistics().evaluations;
+  run.outcome.events = stepper.statistics().events;
+  if (!finished) {
+    run.outcome.status = RunStatus::integration_failed;
+    run.outcome.reason = stepper.result().reason();
+  } else if (diverged) {
+    run.outcome.status = RunStatus::diverged;
+    run.outcome.reason = "the rotor left the bearing by more than " + std::to_string(int(divergence_factor)) +
+                         " clearances";
+  }
+  run.final_state = std::move(state);
+  return run;
+}
+
+}  // namespace amb_rotor
