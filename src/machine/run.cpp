@@ -94,8 +94,8 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
   return state;
 }
 
-Run simulate(const Model& model, const Scenario& scenario, const RunOptions& options) {
-  Run run;
+Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& options) {
+  Simulation run;
   const Schedule schedule(scenario.excitations, scenario.faults);
   const PiecewiseShaft path = shaftPath(scenario);
   const Spin spin = spinOf(model, scenario);

@@ -45,14 +45,14 @@ struct RunOptions {
   double settle_s = 0.5;  ///< length of the run-in before t = 0 where a scenario starts settled
 };
 
-struct Run {
+struct Simulation {
   Trajectory trajectory;
   RunOutcome outcome;
   MachineState<double> final_state;
 };
 
 /// Event-accurate run. The trajectory up to a failure is kept.
-Run simulate(const Model& model, const Scenario& scenario, const RunOptions& options = {});
+Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& options = {});
 
 /// The settled state of a machine at the start of a drive: run in at its starting speed without excitation,
 /// faults and integrator, for options.settle_s.
