@@ -44,7 +44,9 @@ std::optional<double> EdgeDetector::add(double time, double value) {
     return std::nullopt;
   }
   std::optional<double> edge;
-  if (value < options_.threshold - options_.hysteresis) armed_ = true;
+  // At the start of a record there is no edge before that noise could repeat.
+  const double arming = started_ ? options_.threshold - options_.hysteresis : options_.threshold;
+  if (value < arming) armed_ = true;
   if (started_ && armed_ && value_ < options_.threshold && value >= options_.threshold) {
     edge = time_ + (options_.threshold - value_) / (value - value_) * (time - time_);
     armed_ = false;

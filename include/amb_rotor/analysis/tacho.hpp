@@ -14,9 +14,8 @@
 //
 // Angle between pulses, two models:
 //   constant speed  theta = Omega (t - t_0) [+ a/2 (t - t_0)^2], least squares of the first N turns;
-//   spline          the cubic spline (twice continuously differentiable, not-a-knot ends) through (t_k, 2 pi
-//   k);
-//                   beyond the ends constant acceleration.
+//   spline          the cubic spline (twice continuously differentiable, not-a-knot ends) through
+//                   (t_k, 2 pi k); beyond the ends constant acceleration.
 // Standstill: no pulse, constant value. The angle is then unknown (angle_known = false, speed 0, angle 0).
 //
 // Units: s, rad, rad/s, rad/s^2. The spin is taken as positive: one channel does not tell its direction.
