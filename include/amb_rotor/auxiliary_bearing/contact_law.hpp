@@ -21,10 +21,10 @@ constexpr double friction_regularisation_m_s = 0.01;
 template <class S>
 struct ContactGeometry {
   Vec2<S> normal;    ///< n, from the bearing's centre to the rotor's
-  S distance{0.0};   ///< |r| [m]
-  S penetration{0.0};
-  S rate{0.0};             ///< d' [m/s]
-  S tangential_rate{0.0};  ///< t.(r') [m/s], positive with the spin
+  S distance = S(0.0);   ///< |r| [m]
+  S penetration = S(0.0);
+  S rate = S(0.0);             ///< d' [m/s]
+  S tangential_rate = S(0.0);  ///< t.(r') [m/s], positive with the spin
 };
 
 template <class S>
@@ -43,10 +43,10 @@ ContactGeometry<S> contactGeometry(const Vec2<S>& offset, const Vec2<S>& velocit
 /// A normal force before it is cut off at zero.
 template <class S>
 struct NormalForce {
-  S force{0.0};   ///< [N], valid for d >= 0
-  S margin{0.0};  ///< [m], same sign as the force for d > 0
-  S slope{0.0};   ///< dN/dd [N/m]
-  S damping{0.0}; ///< dN/dd' [N s/m]
+  S force = S(0.0);   ///< [N], valid for d >= 0
+  S margin = S(0.0);  ///< [m], same sign as the force for d > 0
+  S slope = S(0.0);   ///< dN/dd [N/m]
+  S damping = S(0.0); ///< dN/dd' [N s/m]
 };
 
 template <class S>

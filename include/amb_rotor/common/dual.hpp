@@ -102,7 +102,51 @@ inline Dual<S, N> hyperbolicTangent(const Dual<S, N>& a) {
   return a.mapped(tangent, S(1.0) - tangent * tangent);
 }
 
+/// One direction only, lean enough to stay in registers: what the lanes' tangent uses.
+template <class S>
+struct Tangent {
+  S value, slope;
+
+  Tangent() = default;
+  Tangent(const S& v, const S& s) : value(v), slope(s) {}
+  friend Tangent operator+(const Tangent& a, const Tangent& b) { return {a.value + b.value, a.slope + b.slope}; }
+  friend Tangent operator-(const Tangent& a, const Tangent& b) { return {a.value - b.value, a.slope - b.slope}; }
+  friend Tangent operator*(const Tangent& a, const Tangent& b) {
+    return {a.value * b.value, a.slope * b.value + a.value * b.slope};
+  }
+  friend Tangent operator+(const Tangent& a, const S& b) { return {a.value + b, a.slope}; }
+  friend Tangent operator+(const S& a, const Tangent& b) { return {a + b.value, b.slope}; }
+  friend Tangent operator-(const Tangent& a, const S& b) { return {a.value - b, a.slope}; }
+  friend Tangent operator-(const S& a, const Tangent& b) { return {a - b.value, -b.slope}; }
+  friend Tangent operator*(const Tangent& a, const S& b) { return {a.value * b, a.slope * b}; }
+  friend Tangent operator*(const S& a, const Tangent& b) { return {a * b.value, a * b.slope}; }
+};
+
+template <class S>
+inline Tangent<S> maximum(const Tangent<S>& a, const S& b) {
+  return {maximum(a.value, b), select(a.value > b, a.slope, S(0.0))};
+}
+template <class S>
+inline Tangent<S> squareRoot(const Tangent<S>& a) {
+  const S root = squareRoot(a.value);
+  return {root, S(0.5) * a.slope / root};
+}
+template <class S>
+inline Tangent<S> inverseOf(const Tangent<S>& a) {
+  const S inverse = S(1.0) / a.value;
+  return {inverse, -(inverse * inverse * a.slope)};
+}
+template <class S>
+inline Tangent<S> hyperbolicTangent(const Tangent<S>& a) {
+  const S tangent = hyperbolicTangent(a.value);
+  return {tangent, (S(1.0) - tangent * tangent) * a.slope};
+}
+
 /// The value without the derivatives.
+template <class S>
+inline const S& valueOf(const Tangent<S>& a) {
+  return a.value;
+}
 template <class S, int N>
 inline const S& valueOf(const Dual<S, N>& a) {
   return a.value;
@@ -112,13 +156,18 @@ inline const S& valueOf(const S& a) {
   return a;
 }
 
-/// The number type below a Dual, or the type itself.
+/// The number type below a Dual or Tangent, or the type itself.
 template <class T>
 struct PlainType {
   using type = T;
 };
 template <class S, int N>
 struct PlainType<Dual<S, N>> {
+  using type = S;
+};
+
+template <class S>
+struct PlainType<Tangent<S>> {
   using type = S;
 };
 

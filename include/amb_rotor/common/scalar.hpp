@@ -117,7 +117,7 @@ inline void setLane(Batch<A>& a, std::size_t lane, double value) {
 /// Two components in a plane at right angles to the shaft: x horizontal, y vertical.
 template <class S>
 struct Vec2 {
-  S x{0.0}, y{0.0};
+  S x = S(0.0), y = S(0.0);
   Vec2& operator+=(const Vec2& o) {
     x += o.x;
     y += o.y;

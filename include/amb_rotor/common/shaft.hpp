@@ -9,11 +9,11 @@ enum End : int { end_a = 0, end_b = 1 };
 /// spin (positive about z).
 template <class S>
 struct Shaft {
-  S angle{0.0};         ///< [rad]
-  S cosine{1.0};        ///< of the angle
-  S sine{0.0};          ///< of the angle
-  S speed{0.0};         ///< [rad/s]
-  S acceleration{0.0};  ///< [rad/s^2]
+  S angle = S(0.0);         ///< [rad]
+  S cosine = S(1.0);        ///< of the angle
+  S sine = S(0.0);          ///< of the angle
+  S speed = S(0.0);         ///< [rad/s]
+  S acceleration = S(0.0);  ///< [rad/s^2]
 
   static Shaft at(const S& angle, const S& speed, const S& acceleration) {
     Shaft shaft;
@@ -29,7 +29,7 @@ struct Shaft {
 /// without a further sine.
 template <class S>
 struct RotorPhase {
-  S cosine{1.0}, sine{0.0};
+  S cosine = S(1.0), sine = S(0.0);
   RotorPhase() = default;
   explicit RotorPhase(const S& phase) { sineCosine(phase, sine, cosine); }
   /// (cos, sin)(angle + phase)

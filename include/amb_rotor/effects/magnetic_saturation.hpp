@@ -25,7 +25,7 @@ struct MagneticSaturation {
     }
 
    private:
-    S knee_, relative_knee_{1.0};
+    S knee_, relative_knee_ = S(1.0);
   };
 };
 

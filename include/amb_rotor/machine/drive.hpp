@@ -24,7 +24,7 @@ struct HeldExcitation {
 template <class S>
 struct Drive {
   const ShaftPath* path = nullptr;   ///< null: angle0 + speed t, a value for each lane
-  S angle0{0.0}, speed{0.0};         ///< [rad], [rad/s]
+  S angle0 = S(0.0), speed = S(0.0);         ///< [rad], [rad/s]
   const HeldExcitation* excitation = nullptr;
   const Schedule* schedule = nullptr;
   S sensor_offset[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< [m]

@@ -12,18 +12,19 @@ template <class S>
 class LaneStepper {
  public:
   /// @param largest_step_s  of the integration between instants
-  LaneStepper(const Machine<S>& machine, double largest_step_s) : largest_(largest_step_s) {
+  /// @param contact_step_s  the same where an end of a lane is in contact or about to be
+  LaneStepper(const Machine<S>& machine, double largest_step_s, double contact_step_s)
+      : largest_(largest_step_s), contact_(contact_step_s) {
     const int n = machine.stateSize();
     for (auto* buffer : {&k1_, &k2_, &k3_, &k4_, &work_}) buffer->assign(n, S(0.0));
   }
-
-  void setLargestStep(double largest_step_s) { largest_ = largest_step_s; }
 
   bool advance(const Simulator<S>& sim, double from, double to, MachineState<S>& state,
                const typename Simulator<S>::Held& held) {
     const Machine<S>& machine = sim.machine();
     const int n = machine.stateSize();
-    const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / largest_ - 1e-6)));
+    const double largest = nearContact(machine, state, to - from) ? contact_ : largest_;
+    const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / largest - 1e-6)));
     const double h = (to - from) / steps;
     const auto& decay = decayOf(sim.track(), 0.5 * h);
     S* y = state.mechanics.data();
@@ -71,6 +72,16 @@ class LaneStepper {
     in.extra_unbalance = lane_factors_.data();
   }
 
+  /// Whether an end of a lane could touch within dt [s] at one and a half times its present approach speed.
+  static bool nearContact(const Machine<S>& machine, const MachineState<S>& state, double dt) {
+    for (int end = 0; end < 2; ++end) {
+      S penetration, rate;
+      machine.approach(end, state.mechanics.data(), penetration, rate);
+      if (any(penetration + magnitude(rate) * S(1.5 * dt) + S(1e-6) > S(0.0))) return true;
+    }
+    return false;
+  }
+
   const typename CurrentTrack<S>::Decay& decayOf(const CurrentTrack<S>& track, double dt) {
     for (auto& cached : cache_)
       if (std::fabs(cached.dt - dt) < 1e-14) return cached;
@@ -79,7 +90,7 @@ class LaneStepper {
     return slot;
   }
 
-  double largest_;
+  double largest_, contact_;
   std::vector<S> k1_, k2_, k3_, k4_, work_;
   typename CurrentTrack<S>::Decay cache_[4];
   unsigned next_ = 0;

@@ -99,6 +99,8 @@ class Machine {
 
   /// Positive while an end carries contact, negative while it does not [m]; sign as the smaller of penetration and margin.
   S contactGuard(int end, const S* state) const;
+  /// Penetration [m] (negative: gap) and its rate at an end.
+  void approach(int end, const S* state, S& penetration, S& rate) const;
 
   /// Contact at both ends for a state, as a partner in the node graph computes it.
   void contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const;
@@ -115,6 +117,7 @@ class Machine {
   Contact<S> contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
                        const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
                        const Inputs<S>& in) const;
+  ContactGeometry<S> geometryAt(int end, const S* state) const;
   Vec2<S> magneticForce(const Vec2<S>& current, const Vec2<S>& position, const Vec2<S>& velocity) const;
 
   Spin spin_;
@@ -131,7 +134,7 @@ class Machine {
   std::vector<Unbalance<S>> unbalance_;   ///< the rig's, then the extra ones
   std::vector<RotorPhase<S>> unbalance_phase_;
   std::size_t own_unbalances_ = 0;
-  S net_stiffness_{0.0}, ring_arm_{0.0};
+  S net_stiffness_ = S(0.0), ring_arm_ = S(0.0);
   int cg_plane_ = 0;
   int size_ = 0;
 };

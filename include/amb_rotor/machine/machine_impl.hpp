@@ -274,15 +274,27 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
 }
 
 template <class S>
-S Machine<S>::contactGuard(int end, const S* state) const {
+ContactGeometry<S> Machine<S>::geometryAt(int end, const S* state) const {
   const S* v = state + 2 * rotor_.modes();
-  const auto& bearing = rig_.auxiliary_bearing;
   Vec2<S> centre, centre_velocity;
   if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, centre, centre_velocity);
   for (const auto* effect : centring_) effect->contactCentre(end, centre);
   if (mount_ != nullptr) mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
-  const ContactGeometry<S> g = contactGeometry(rotor_.at(plane_aux + end, state) - centre,
-                                               rotor_.at(plane_aux + end, v) - centre_velocity, bearing.clearance_m);
+  return contactGeometry(rotor_.at(plane_aux + end, state) - centre, rotor_.at(plane_aux + end, v) - centre_velocity,
+                         rig_.auxiliary_bearing.clearance_m);
+}
+
+template <class S>
+void Machine<S>::approach(int end, const S* state, S& penetration, S& rate) const {
+  const ContactGeometry<S> g = geometryAt(end, state);
+  penetration = g.penetration;
+  rate = g.rate;
+}
+
+template <class S>
+S Machine<S>::contactGuard(int end, const S* state) const {
+  const auto& bearing = rig_.auxiliary_bearing;
+  const ContactGeometry<S> g = geometryAt(end, state);
   NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
   for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
   return minimum(g.penetration, n.margin);

@@ -35,7 +35,7 @@ class CurrentTrack {
   /// Decays over dt, to be reused for equal dt.
   struct Decay {
     double dt = -1.0;
-    S amplifier{1.0};
+    S amplifier = S(1.0);
     std::vector<S> lag;
   };
   Decay decay(double dt) const {
@@ -107,6 +107,9 @@ class Simulator {
                           laneValue(machine.rig().controller.sample_rate_hz, i) == sample_rate_,
                       "lanes share sample rate and delay");
   }
+
+  /// Keeps the controller's integrators where they are (a run-in before a recording).
+  void restIntegrators() { integrate_ = false; }
 
   const Machine<S>& machine() const { return machine_; }
   const Drive<S>& drive() const { return drive_; }
@@ -200,7 +203,7 @@ class Simulator {
       if (sample) {
         PendingCommand<S> command;
         command.due = state.next_sample / sample_rate_ + delay_;
-        for (int a = 0; a < 4; ++a) command.command[a] = pid_.sample(seen.signal[a], state.controller[a]);
+        for (int a = 0; a < 4; ++a) command.command[a] = pid_.sample(seen.signal[a], state.controller[a], integrate_);
         state.pending.push_back(command);
         ++state.next_sample;
       }
@@ -227,6 +230,7 @@ class Simulator {
   Pid<S> pid_;
   CurrentTrack<S> track_;
   bool controlled_;
+  bool integrate_ = true;
   double sample_rate_, delay_, record_rate_;
 };
 

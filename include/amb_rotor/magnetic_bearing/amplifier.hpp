@@ -22,7 +22,7 @@ class Amplifier {
   const S& rate() const { return rate_; }
 
  private:
-  S rate_{1.0}, limit_{0.0};
+  S rate_ = S(1.0), limit_ = S(0.0);
 };
 
 }  // namespace amb_rotor

@@ -14,7 +14,7 @@ namespace amb_rotor {
 
 template <class S>
 struct CoilFlux {
-  S plus{1.0}, minus{1.0};
+  S plus = S(1.0), minus = S(1.0);
 };
 
 template <class S>

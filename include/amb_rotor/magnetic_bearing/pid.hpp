@@ -13,9 +13,9 @@ namespace amb_rotor {
 
 template <class S>
 struct PidMemory {
-  S previous_signal{0.0};  ///< s_(n-1) [m]
-  S derivative{0.0};       ///< d_(n-1) [m/s]
-  S integral{0.0};         ///< I_(n-1) [m s]
+  S previous_signal = S(0.0);  ///< s_(n-1) [m]
+  S derivative = S(0.0);       ///< d_(n-1) [m/s]
+  S integral = S(0.0);         ///< I_(n-1) [m s]
 };
 
 template <class S>
@@ -30,16 +30,17 @@ class Pid {
         pole_(exponential(S(-two_pi) * rig.controller.derivative_filter_hz * period_)) {}
 
   /// Takes the sample, updates the memory and gives the command [A].
-  S sample(const S& signal, PidMemory<S>& memory) const {
+  /// @param integrate  false: the integrator rests at its value
+  S sample(const S& signal, PidMemory<S>& memory, bool integrate = true) const {
     memory.derivative =
         pole_ * memory.derivative + (S(1.0) - pole_) * (signal - memory.previous_signal) / period_;
-    memory.integral += period_ * signal;
+    if (integrate) memory.integral += period_ * signal;
     memory.previous_signal = signal;
     return -(kp_ * signal + kd_ * memory.derivative + ki_ * memory.integral);
   }
 
  private:
-  S period_{1.0}, kp_{0.0}, kd_{0.0}, ki_{0.0}, pole_{0.0};
+  S period_ = S(1.0), kp_ = S(0.0), kd_ = S(0.0), ki_ = S(0.0), pole_ = S(0.0);
 };
 
 }  // namespace amb_rotor

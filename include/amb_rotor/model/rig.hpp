@@ -25,48 +25,48 @@ enum class AmbModel {
 
 template <class S>
 struct Unbalance {
-  S plane_z_m{0.0};    ///< axial position
-  S moment_kg_m{0.0};  ///< mass times eccentricity, >= 0
-  S phase_rad{0.0};    ///< in the rotor, from the tacho mark, positive with the spin
+  S plane_z_m = S(0.0);    ///< axial position
+  S moment_kg_m = S(0.0);  ///< mass times eccentricity, >= 0
+  S phase_rad = S(0.0);    ///< in the rotor, from the tacho mark, positive with the spin
 };
 
 template <class S>
 struct Rig {
   struct {
-    S mass_kg{0.0};
-    S transverse_inertia_kg_m2{0.0};
-    S polar_inertia_kg_m2{0.0};
+    S mass_kg = S(0.0);
+    S transverse_inertia_kg_m2 = S(0.0);
+    S polar_inertia_kg_m2 = S(0.0);
   } rotor;
   struct {
-    S amb[2]{0.0, 0.0}, sensor[2]{0.0, 0.0}, aux[2]{0.0, 0.0};  ///< axial positions [m]
+    S amb[2] = {S(0.0), S(0.0)}, sensor[2] = {S(0.0), S(0.0)}, aux[2] = {S(0.0), S(0.0)};  ///< axial positions [m]
   } planes;
   struct {
-    S current_stiffness_N_per_A{0.0};       ///< Ki (linear)
-    S displacement_stiffness_N_per_m{0.0};  ///< Ks, positive destabilises (linear)
-    S bias_current_A{0.0};
-    S air_gap_m{0.0};
-    S bias_flux_density_T{0.0};  ///< 0: not stated
-    S amplifier_bandwidth_hz{0.0};
-    S max_current_A{0.0};
-    S stiffness_N_per_m{0.0};    ///< of one bearing and axis (equivalent)
-    S damping_N_s_per_m{0.0};    ///< of one bearing and axis (equivalent)
+    S current_stiffness_N_per_A = S(0.0);       ///< Ki (linear)
+    S displacement_stiffness_N_per_m = S(0.0);  ///< Ks, positive destabilises (linear)
+    S bias_current_A = S(0.0);
+    S air_gap_m = S(0.0);
+    S bias_flux_density_T = S(0.0);  ///< 0: not stated
+    S amplifier_bandwidth_hz = S(0.0);
+    S max_current_A = S(0.0);
+    S stiffness_N_per_m = S(0.0);    ///< of one bearing and axis (equivalent)
+    S damping_N_s_per_m = S(0.0);    ///< of one bearing and axis (equivalent)
   } amb;
   struct {
-    S sample_rate_hz{0.0};
-    S kp_A_per_m{0.0};
-    S kd_A_s_per_m{0.0};
-    S ki_A_per_m_s{0.0};
-    S derivative_filter_hz{0.0};
-    S delay_s{0.0};  ///< from the sample to the command at the amplifier
+    S sample_rate_hz = S(0.0);
+    S kp_A_per_m = S(0.0);
+    S kd_A_s_per_m = S(0.0);
+    S ki_A_per_m_s = S(0.0);
+    S derivative_filter_hz = S(0.0);
+    S delay_s = S(0.0);  ///< from the sample to the command at the amplifier
   } controller;
   struct {
-    S clearance_m{0.0};
-    S rotor_radius_m{0.0};
-    S stiffness_N_per_m{0.0};
-    S damping_N_s_per_m{0.0};
-    S friction_coefficient{0.0};
+    S clearance_m = S(0.0);
+    S rotor_radius_m = S(0.0);
+    S stiffness_N_per_m = S(0.0);
+    S damping_N_s_per_m = S(0.0);
+    S friction_coefficient = S(0.0);
   } auxiliary_bearing;
-  S gravity_m_s2{0.0};  ///< acts along -y
+  S gravity_m_s2 = S(0.0);  ///< acts along -y
   std::vector<Unbalance<S>> unbalance;
 
   /// The named numeric fields, in the order of the file. Unbalance i is "unbalance.i.moment_kg_m".

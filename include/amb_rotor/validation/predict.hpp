@@ -1,0 +1,54 @@
+#pragma once
+// Predictions of what a rig's channels show, for many machines at once: one lane, one machine. Every machine of a
+// batch has the same structure (effects, rotor model) and runs through the same stretch of a recording.
+#include <array>
+#include <vector>
+
+#include "amb_rotor/machine/drive.hpp"
+#include "amb_rotor/machine/machine.hpp"
+#include "amb_rotor/machine/state.hpp"
+
+namespace amb_rotor {
+
+/// Channels of a prediction, a row each instant: displacement ax, ay, bx, by [m], then current ax, ay, bx, by [A].
+constexpr int predicted_channels = 8;
+
+/// A stretch of a recording: recorded instants first .. last - 1.
+struct Stretch {
+  const ShaftPath* path = nullptr;  ///< null: the lane's own constant speed (or spin_drag from it)
+  const HeldExcitation* excitation = nullptr;
+  const Schedule* schedule = nullptr;
+  Spin spin = Spin::prescribed;
+  double record_rate_hz = 0.0;
+  long first = 0, last = 0;
+  double largest_step_s = 5e-5;
+  double contact_step_s = 2.5e-6;
+  double settle_s = 0.15;  ///< run-in where a lane has no starting state
+  bool ignore_contact = false;  ///< use the large step throughout: the stretch holds no contact
+};
+
+/// One machine of a batch.
+struct LaneJob {
+  const Model* model = nullptr;
+  double angle0_rad = 0.0, speed_rad_s = 0.0;
+  double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
+  double drift_m_per_s[4] = {0, 0, 0, 0};
+  const MachineState<double>* start = nullptr;  ///< at instant `first`; null: settled at t = 0 (first must be 0)
+  const double* start_change = nullptr;     ///< added to the starting mechanics, then the 4 currents; null: none
+  double* out = nullptr;                    ///< (last - first) * predicted_channels, instant by instant
+  MachineState<double>* end = nullptr;      ///< state at instant `last`, where asked for
+  MachineState<double>* begin = nullptr;    ///< state at instant `first` before start_change, where asked for
+  bool finite = true;                       ///< result: whether the prediction stayed finite
+};
+
+/// Predicts all lanes; serial (callers spread stretches over threads). Uses the widest instruction set there is.
+void predict(const Stretch& stretch, std::vector<LaneJob>& jobs);
+
+/// Lanes of a pack on this machine, and its name.
+int predictionLanes();
+const char* predictionInstructionSet();
+
+/// Size of the mechanics of a model's machine (the starting state that a stretch may change, without currents).
+int mechanicsSize(const Model& model, Spin spin);
+
+}  // namespace amb_rotor

@@ -1,0 +1,154 @@
+#pragma once
+// Body of predict() for one Scalar; included by one source file for each instruction set.
+#include <cmath>
+
+#include "amb_rotor/machine/lane_stepper.hpp"
+#include "amb_rotor/machine/machine_impl.hpp"
+#include "amb_rotor/validation/predict.hpp"
+
+namespace amb_rotor {
+
+template <class S>
+MachineState<S> packStates(const std::vector<const MachineState<double>*>& lanes) {
+  constexpr std::size_t width = ScalarTraits<S>::lanes;
+  const MachineState<double>& first = *lanes[0];
+  MachineState<S> packed;
+  packed.time = first.time;
+  packed.next_sample = first.next_sample;
+  packed.next_record = first.next_record;
+  packed.mechanics.assign(first.mechanics.size(), S(0.0));
+  packed.lag.assign(first.lag.size(), S(0.0));
+  packed.pending.resize(first.pending.size());
+  for (std::size_t l = 0; l < width; ++l) {
+    const MachineState<double>& lane = *lanes[l < lanes.size() ? l : lanes.size() - 1];
+    for (std::size_t i = 0; i < first.mechanics.size(); ++i) setLane(packed.mechanics[i], l, lane.mechanics[i]);
+    for (std::size_t i = 0; i < first.lag.size(); ++i) setLane(packed.lag[i], l, lane.lag[i]);
+    for (int a = 0; a < 4; ++a) {
+      setLane(packed.controller[a].previous_signal, l, lane.controller[a].previous_signal);
+      setLane(packed.controller[a].derivative, l, lane.controller[a].derivative);
+      setLane(packed.controller[a].integral, l, lane.controller[a].integral);
+      setLane(packed.command[a], l, lane.command[a]);
+      setLane(packed.current[a], l, lane.current[a]);
+    }
+    for (std::size_t p = 0; p < first.pending.size(); ++p) {
+      packed.pending[p].due = first.pending[p].due;
+      for (int a = 0; a < 4; ++a) setLane(packed.pending[p].command[a], l, lane.pending[p].command[a]);
+    }
+  }
+  return packed;
+}
+
+template <class S>
+void unpackState(const MachineState<S>& packed, std::size_t l, MachineState<double>& lane) {
+  lane.time = packed.time;
+  lane.next_sample = packed.next_sample;
+  lane.next_record = packed.next_record;
+  lane.mechanics.resize(packed.mechanics.size());
+  lane.lag.resize(packed.lag.size());
+  for (std::size_t i = 0; i < packed.mechanics.size(); ++i) lane.mechanics[i] = laneValue(packed.mechanics[i], l);
+  for (std::size_t i = 0; i < packed.lag.size(); ++i) lane.lag[i] = laneValue(packed.lag[i], l);
+  for (int a = 0; a < 4; ++a) {
+    lane.controller[a].previous_signal = laneValue(packed.controller[a].previous_signal, l);
+    lane.controller[a].derivative = laneValue(packed.controller[a].derivative, l);
+    lane.controller[a].integral = laneValue(packed.controller[a].integral, l);
+    lane.command[a] = laneValue(packed.command[a], l);
+    lane.current[a] = laneValue(packed.current[a], l);
+  }
+  lane.pending.resize(packed.pending.size());
+  for (std::size_t p = 0; p < packed.pending.size(); ++p) {
+    lane.pending[p].due = packed.pending[p].due;
+    for (int a = 0; a < 4; ++a) lane.pending[p].command[a] = laneValue(packed.pending[p].command[a], l);
+  }
+}
+
+/// One pack: jobs [from, from + lanes).
+template <class S>
+void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  std::vector<const Model*> models;
+  for (std::size_t l = 0; l < count; ++l) models.push_back(jobs[l].model);
+  const Machine<S> machine(models, stretch.spin);
+  Drive<S> drive;
+  drive.path = stretch.path;
+  drive.excitation = stretch.excitation;
+  drive.schedule = stretch.schedule;
+  for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l) {
+    const LaneJob& job = jobs[l < count ? l : count - 1];
+    setLane(drive.angle0, l, job.angle0_rad);
+    setLane(drive.speed, l, job.speed_rad_s);
+    for (int a = 0; a < 4; ++a) {
+      setLane(drive.sensor_offset[a], l, job.offset_m[a]);
+      setLane(drive.sensor_drift[a], l, job.drift_m_per_s[a]);
+    }
+  }
+  Simulator<S> sim(machine, drive, stretch.record_rate_hz);
+  LaneStepper<S> stepper(machine, stretch.largest_step_s,
+                         stretch.ignore_contact ? stretch.largest_step_s : stretch.contact_step_s);
+  MachineState<S> state;
+  const double start_time = stretch.first / stretch.record_rate_hz;
+  if (jobs[0].start != nullptr) {
+    std::vector<const MachineState<double>*> starts;
+    for (std::size_t l = 0; l < count; ++l) starts.push_back(jobs[l].start);
+    state = packStates<S>(starts);
+  } else {
+    Drive<S> run_in = drive;
+    ConstantShaft constant(0.0, 0.0);
+    run_in.excitation = nullptr;
+    run_in.schedule = nullptr;
+    for (int a = 0; a < 4; ++a) run_in.sensor_drift[a] = S(0.0);
+    if (stretch.path != nullptr) {
+      const ShaftInstant now = stretch.path->at(start_time);
+      constant = ConstantShaft(now.angle - now.speed * start_time, now.speed);
+      run_in.path = &constant;
+    }
+    const double rate = machine.ambModel() == AmbModel::linear
+                            ? laneValue(machine.rig().controller.sample_rate_hz, 0)
+                            : stretch.record_rate_hz;
+    Simulator<S> before(machine, run_in, 0.0);
+    before.restIntegrators();
+    state = before.atRest(start_time - std::ceil(stretch.settle_s * rate) / rate);
+    LaneStepper<S> coarse(machine, stretch.largest_step_s, stretch.largest_step_s);
+    before.run(state, start_time, coarse, [](const Record<S>&) {});
+    state.next_record = stretch.first;
+    if (machine.spin() != Spin::prescribed) {
+      const Shaft<S> shaft = drive.shaft(start_time);
+      state.mechanics[machine.stateSize() - 2] = shaft.angle;
+      state.mechanics[machine.stateSize() - 1] = shaft.speed;
+    }
+  }
+  for (std::size_t l = 0; l < count; ++l)
+    if (jobs[l].begin != nullptr) unpackState(state, l, *jobs[l].begin);
+  for (std::size_t l = 0; l < count; ++l) {
+    if (jobs[l].start_change == nullptr) continue;
+    const int n = machine.stateSize();
+    for (int i = 0; i < n; ++i)
+      setLane(state.mechanics[i], l, laneValue(state.mechanics[i], l) + jobs[l].start_change[i]);
+    for (int a = 0; a < 4; ++a)
+      setLane(state.current[a], l, laneValue(state.current[a], l) + jobs[l].start_change[n + a]);
+  }
+  sim.run(state, stretch.last / stretch.record_rate_hz, stepper, [&](const Record<S>& seen) {
+    const long row = seen.index - stretch.first;
+    if (row < 0 || seen.index >= stretch.last) return;
+    for (std::size_t l = 0; l < count; ++l) {
+      double* out = jobs[l].out + row * predicted_channels;
+      for (int a = 0; a < 4; ++a) {
+        out[a] = laneValue(seen.signal[a], l);
+        out[4 + a] = laneValue(seen.state->current[a], l);
+      }
+    }
+  });
+  for (std::size_t l = 0; l < count; ++l) {
+    if (jobs[l].end != nullptr) unpackState(state, l, *jobs[l].end);
+    const double* out = jobs[l].out;
+    double sum = 0.0;
+    for (long i = 0; i < (stretch.last - stretch.first) * predicted_channels; ++i) sum += std::fabs(out[i]);
+    jobs[l].finite = std::isfinite(sum) && sum < 1e12;
+  }
+}
+
+template <class S>
+void predictAll(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  for (std::size_t from = 0; from < count; from += ScalarTraits<S>::lanes)
+    predictPack<S>(stretch, jobs + from, std::min<std::size_t>(ScalarTraits<S>::lanes, count - from));
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,10 @@
+// Predictions for one instruction set; chosen at run time in predict.cpp.
+#include "amb_rotor/validation/predict_impl.hpp"
+
+namespace amb_rotor {
+
+void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  predictAll<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
+}
+
+}  // namespace amb_rotor
