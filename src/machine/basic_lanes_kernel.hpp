@@ -4,6 +4,7 @@
 // set may appear here (an inline function shared with other files would be linked in one version only, and
 // that could be the one this processor cannot run).
 #include <cstddef>
+#include <type_traits>
 
 #include "amb_rotor/machine/basic_model.hpp"
 
@@ -11,6 +12,8 @@ namespace amb_rotor {
 
 constexpr int basic_coefficient_count = 10;
 constexpr int basic_packs = 4;  ///< interleaved packs a block
+
+constexpr int basic_tangent_turns = 40;  ///< turns before the record that a tangent is followed
 
 /// One call of a kernel. Columns have one entry a lane; lanes are a multiple of the block's.
 struct BasicLaneWork {
@@ -120,17 +123,17 @@ struct RunningSums {
 };
 
 template <class S, int packs>
-inline void divideTangent(Block<S, Dual<S, 1>, packs>& b, int k, const S& step, S& log_growth) {
+inline void divideTangent(Block<S, Tangent<S>, packs>& b, int k, const S& step, S& log_growth) {
   const S rate = S(1.0) / step;
-  const S dvx = b.vx[k].slope[0] * rate, dvy = b.vy[k].slope[0] * rate;
-  const S square = b.x[k].slope[0] * b.x[k].slope[0] + b.y[k].slope[0] * b.y[k].slope[0] + dvx * dvx + dvy * dvy;
+  const S dvx = b.vx[k].slope * rate, dvy = b.vy[k].slope * rate;
+  const S square = b.x[k].slope * b.x[k].slope + b.y[k].slope * b.y[k].slope + dvx * dvx + dvy * dvy;
   const S norm = squareRoot(square);
   log_growth = log_growth + logarithm(norm);
   const S scale = S(1.0) / norm;
-  b.x[k].slope[0] = b.x[k].slope[0] * scale;
-  b.y[k].slope[0] = b.y[k].slope[0] * scale;
-  b.vx[k].slope[0] = b.vx[k].slope[0] * scale;
-  b.vy[k].slope[0] = b.vy[k].slope[0] * scale;
+  b.x[k].slope = b.x[k].slope * scale;
+  b.y[k].slope = b.y[k].slope * scale;
+  b.vx[k].slope = b.vx[k].slope * scale;
+  b.vy[k].slope = b.vy[k].slope * scale;
 }
 
 template <class S>
@@ -149,77 +152,87 @@ inline void store(const S& value, double* column) {
     value.store_unaligned(column);
   }
 }
-template <class S, int N>
-inline void setValue(Dual<S, N>& target, const S& value) {
-  target.value = value;
-}
-template <class S>
-inline void setValue(S& target, const S& value) {
-  target = value;
+
+template <class S, class T, int packs>
+inline void storeSection(const Block<S, T, packs>& b, double* const* columns, std::size_t at) {
+  constexpr std::size_t width = ScalarTraits<S>::lanes;
+  for (int k = 0; k < packs; ++k) {
+    store(valueOf(b.x[k]), columns[0] + at + k * width);
+    store(valueOf(b.y[k]), columns[1] + at + k * width);
+    store(valueOf(b.vx[k]), columns[2] + at + k * width);
+    store(valueOf(b.vy[k]), columns[3] + at + k * width);
+  }
 }
 
-template <class Model, class S, bool tangent>
-void runBlock(const BasicLaneWork& work, std::size_t first) {
-  using T = std::conditional_t<tangent, Dual<S, 1>, S>;
-  constexpr int packs = basic_packs;
+/// The recorded turns, with T = S, or Tangent<S> for the growth of a small difference.
+template <class Model, class S, class T, int packs>
+inline void recordTurns(const BasicLaneWork& work, std::size_t first, Block<S, T, packs>& b) {
+  constexpr bool tangent = !std::is_same_v<S, T>;
   constexpr std::size_t width = ScalarTraits<S>::lanes;
-  Block<S, T, packs> b;
   RunningSums<S, packs> sums;
   S growth[packs];
   for (int k = 0; k < packs; ++k) {
-    const std::size_t at = first + k * width;
-    S* field[basic_coefficient_count] = {
-        &b.c[k].forcing,  &b.c[k].damping,        &b.c[k].stiffness,      &b.c[k].contact,
-        &b.c[k].contact_damping, &b.c[k].friction, &b.c[k].misalignment_x, &b.c[k].misalignment_y,
-        &b.c[k].surface_speed, &b.c[k].regularisation};
-    for (int i = 0; i < basic_coefficient_count; ++i) *field[i] = loaded<S>(work.coefficients[i] + at);
-    T* state[4] = {&b.x[k], &b.y[k], &b.vx[k], &b.vy[k]};
-    for (int i = 0; i < 4; ++i) setValue(*state[i], loaded<S>(work.state[i] + at));
     sums.contact[k] = S(0.0);
     sums.largest[k] = S(0.0);
     sums.smallest[k] = S(1e300);
     sums.swept[k] = S(0.0);
     growth[k] = S(0.0);
+  }
+  for (int t = 0; t < work.turns_kept; ++t) {
+    turn<Model, true>(b, work.table, work.steps_per_turn, &sums);
     if constexpr (tangent) {
-      b.x[k].slope[0] = S(0.6);
-      b.y[k].slope[0] = S(0.8);
+      for (int k = 0; k < packs; ++k) divideTangent(b, k, loaded<S>(work.step + first + k * width), growth[k]);
     }
+    storeSection(b, work.section, static_cast<std::size_t>(t) * work.lanes + first);
   }
-  const int turns = work.turns_skipped + work.turns_kept;
-  for (int t = 0; t < turns; ++t) {
-    const int kept = t - work.turns_skipped;
-    if (kept < 0) {
-      turn<Model, false>(b, work.table, work.steps_per_turn, &sums);
-    } else {
-      turn<Model, true>(b, work.table, work.steps_per_turn, &sums);
-    }
-    for (int k = 0; k < packs; ++k) {
-      const std::size_t at = first + k * width;
-      if constexpr (tangent) {
-        divideTangent(b, k, loaded<S>(work.step + at), growth[k]);
-        // Before the recorded turns the tangent only turns towards the direction of fastest growth.
-        if (kept < 0) growth[k] = S(0.0);
-      }
-      if (kept >= 0 && work.section[0] != nullptr) {
-        const std::size_t row = static_cast<std::size_t>(kept) * work.lanes + at;
-        store(valueOf(b.x[k]), work.section[0] + row);
-        store(valueOf(b.y[k]), work.section[1] + row);
-        store(valueOf(b.vx[k]), work.section[2] + row);
-        store(valueOf(b.vy[k]), work.section[3] + row);
-      }
-    }
-  }
+  storeSection(b, work.state, first);
   for (int k = 0; k < packs; ++k) {
     const std::size_t at = first + k * width;
-    store(valueOf(b.x[k]), work.state[0] + at);
-    store(valueOf(b.y[k]), work.state[1] + at);
-    store(valueOf(b.vx[k]), work.state[2] + at);
-    store(valueOf(b.vy[k]), work.state[3] + at);
     store(sums.contact[k], work.contact_steps + at);
     store(sums.largest[k], work.largest + at);
     store(sums.smallest[k], work.smallest + at);
     store(sums.swept[k], work.swept + at);
     if constexpr (tangent) store(growth[k], work.log_growth + at);
+  }
+}
+
+template <class Model, class S, bool tangent>
+void runBlock(const BasicLaneWork& work, std::size_t first) {
+  constexpr int packs = basic_packs;
+  constexpr std::size_t width = ScalarTraits<S>::lanes;
+  Block<S, S, packs> b;
+  for (int k = 0; k < packs; ++k) {
+    const std::size_t at = first + k * width;
+    S* field[basic_coefficient_count] = {
+        &b.c[k].forcing,         &b.c[k].damping,  &b.c[k].stiffness,      &b.c[k].contact,
+        &b.c[k].contact_damping, &b.c[k].friction, &b.c[k].misalignment_x, &b.c[k].misalignment_y,
+        &b.c[k].surface_speed,   &b.c[k].regularisation};
+    for (int i = 0; i < basic_coefficient_count; ++i) *field[i] = loaded<S>(work.coefficients[i] + at);
+    S* state[4] = {&b.x[k], &b.y[k], &b.vx[k], &b.vy[k]};
+    for (int i = 0; i < 4; ++i) *state[i] = loaded<S>(work.state[i] + at);
+  }
+  using Sums = RunningSums<S, packs>;
+  // Before the record a tangent only has to turn towards the direction of fastest growth: a few turns do.
+  int alone = work.turns_skipped;
+  if constexpr (tangent) alone = work.turns_skipped > basic_tangent_turns ? work.turns_skipped - basic_tangent_turns : 0;
+  for (int t = 0; t < alone; ++t) turn<Model, false>(b, work.table, work.steps_per_turn, static_cast<Sums*>(nullptr));
+  if constexpr (!tangent) {
+    recordTurns<Model>(work, first, b);
+  } else {
+    Block<S, Tangent<S>, packs> with;
+    for (int k = 0; k < packs; ++k) {
+      with.c[k] = b.c[k];
+      with.x[k] = {b.x[k], S(0.6)};
+      with.y[k] = {b.y[k], S(0.8)};
+      with.vx[k] = {b.vx[k], S(0.0)};
+      with.vy[k] = {b.vy[k], S(0.0)};
+    }
+    S ignored(0.0);
+    for (int t = alone; t < work.turns_skipped; ++t) {
+      turn<Model, false>(with, work.table, work.steps_per_turn, static_cast<Sums*>(nullptr));
+      for (int k = 0; k < packs; ++k) divideTangent(with, k, loaded<S>(work.step + first + k * width), ignored);
+    }
+    recordTurns<Model>(work, first, with);
   }
 }
 
