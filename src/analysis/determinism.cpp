@@ -5,6 +5,8 @@
 #include <complex>
 #include <limits>
 
+#include "argument.hpp"
+
 namespace amb_rotor {
 
 double zeroOneTest(const std::vector<double>& series) {
@@ -48,27 +50,30 @@ double zeroOneTest(const std::vector<double>& series) {
   return correlations[angles / 2];
 }
 
-double forecastRatio(const Eigen::MatrixXd& states) {
-  const Eigen::Index n = states.cols();
+double forecastRatio(const Eigen::MatrixXd& points, int depth) {
+  requireArgument(depth >= 1, "depth", depth, "must be at least 1");
+  const Eigen::Index n = points.cols() - depth;  // states with a successor
   if (n < 10) return std::numeric_limits<double>::quiet_NaN();
   double error = 0.0;
-  for (Eigen::Index i = 0; i + 1 < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i) {
     double best = std::numeric_limits<double>::infinity();
-    Eigen::Index neighbour = -1;
-    for (Eigen::Index j = 0; j + 1 < n; ++j) {
+    Eigen::Index neighbour = i;
+    for (Eigen::Index j = 0; j < n; ++j) {
       if (j == i) continue;
-      const double square = (states.col(i) - states.col(j)).squaredNorm();
+      double square = 0.0;
+      for (Eigen::Index k = 0; k < depth; ++k)
+        square += (points.col(i + k) - points.col(j + k)).squaredNorm();
       if (square < best) {
         best = square;
         neighbour = j;
       }
     }
-    error += (states.col(i + 1) - states.col(neighbour + 1)).squaredNorm();
+    error += (points.col(i + depth) - points.col(neighbour + depth)).squaredNorm();
   }
-  error /= static_cast<double>(n - 1);
-  // Two independent states differ by twice the variance in the mean.
-  const Eigen::VectorXd mean = states.rowwise().mean();
-  const double spread = 2.0 * (states.colwise() - mean).squaredNorm() / static_cast<double>(n);
+  error /= static_cast<double>(n);
+  // Two independent points differ by twice the variance in the mean.
+  const Eigen::VectorXd mean = points.rowwise().mean();
+  const double spread = 2.0 * (points.colwise() - mean).squaredNorm() / static_cast<double>(points.cols());
   return spread > 0.0 ? std::sqrt(error / spread) : std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -55,14 +55,6 @@ int noisyPeriod(const Eigen::MatrixXd& points, int max_period) {
   return 1;
 }
 
-/// Two states in a row: unfolds a projection of a higher-dimensional motion.
-Eigen::MatrixXd pairs(const Eigen::MatrixXd& points) {
-  const Eigen::Index n = points.cols() - 1;
-  Eigen::MatrixXd result(2 * points.rows(), n);
-  result << points.leftCols(n), points.rightCols(n);
-  return result;
-}
-
 void decideIrregular(const RegimeInput& input, const Eigen::MatrixXd& points, const RegimeOptions& options,
                      RegimeResult& result) {
   const Eigen::VectorXd mean = points.rowwise().mean();
@@ -93,7 +85,7 @@ void decideIrregular(const RegimeInput& input, const Eigen::MatrixXd& points, co
   }
   const int classes = noisyPeriod(points, options.max_period);
   const Eigen::MatrixXd rest = aboutClassMeans(points, classes);
-  result.forecast_ratio = forecastRatio(pairs(rest));
+  result.forecast_ratio = forecastRatio(rest, 2);
   if (result.forecast_ratio > options.forecast_limit) {
     result.regime = Regime::period;
     result.period = classes;

@@ -1,6 +1,4 @@
 // Orders with phase against signals made of known orders.
-#include "amb_rotor/analysis/harmonics.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <functional>
 #include <random>
 
+#include "amb_rotor/analysis/harmonics.hpp"
 #include "amb_rotor/common/error.hpp"
 
 namespace amb_rotor {
@@ -31,7 +30,8 @@ Signal sampled(double turns, const std::function<std::complex<double>(double)>& 
   return s;
 }
 
-// Exact by construction for orders in the fitted set: normal equations of condition near 1, thousands of terms.
+// Exact by construction for orders in the fitted set: normal equations of condition near 1, thousands of
+// terms.
 constexpr double fit_tolerance = 1e-11;
 
 TEST(AnalysisHarmonics, PhaseBelongsToTheCosine) {

@@ -1,11 +1,10 @@
 // Orbit statistics and ellipse against closed forms.
-#include "amb_rotor/analysis/orbit.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "amb_rotor/analysis/orbit.hpp"
 #include "amb_rotor/common/error.hpp"
 
 namespace amb_rotor {
@@ -21,8 +20,7 @@ TEST(AnalysisOrbit, EllipseOfForwardAndBackwardVectors) {
   EXPECT_NEAR(e.inclination, 0.5, round_off);
   EXPECT_EQ(e.direction, WhirlDirection::forward);
   // At the major phase the point is on the major axis at the largest radius.
-  const std::complex<double> z =
-      std::polar(3.0, 0.7 + e.major_phase) + std::polar(1.0, 0.3 - e.major_phase);
+  const std::complex<double> z = std::polar(3.0, 0.7 + e.major_phase) + std::polar(1.0, 0.3 - e.major_phase);
   EXPECT_NEAR(std::abs(z), 4.0, round_off);
   EXPECT_NEAR(std::arg(z), e.inclination, round_off);
   EXPECT_EQ(orbitEllipse(1.0, std::polar(2.0, 1.0)).direction, WhirlDirection::backward);
@@ -35,8 +33,7 @@ TEST(AnalysisOrbit, MajorPhaseWhenTheInclinationWraps) {
   const double f = 2.8, b = 3.0;  // (f + b)/2 = 2.9: the axis is folded by pi
   const OrbitEllipse e = orbitEllipse(std::polar(3.0, f), std::polar(1.0, b));
   EXPECT_NEAR(e.inclination, 2.9 - M_PI, round_off);
-  const std::complex<double> z =
-      std::polar(3.0, f + e.major_phase) + std::polar(1.0, b - e.major_phase);
+  const std::complex<double> z = std::polar(3.0, f + e.major_phase) + std::polar(1.0, b - e.major_phase);
   EXPECT_NEAR(std::arg(z), e.inclination, round_off);
 }
 

@@ -1,10 +1,9 @@
 // Sections against motions whose crossings are known.
-#include "amb_rotor/analysis/poincare.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "amb_rotor/analysis/poincare.hpp"
 #include "amb_rotor/common/error.hpp"
 
 namespace amb_rotor {
@@ -61,9 +60,9 @@ TEST(AnalysisPoincare, StroboscopicPointsOfAWhirlWithRisingSpeed) {
 
 TEST(AnalysisPoincare, ErrorFallsWithTheFourthPower) {
   const Record coarse = whirl(2e-3), fine = whirl(1e-3);
-  const double ratio = worstError(stroboscopicSection(coarse.time, coarse.angle, coarse.x, coarse.y, coarse.vx,
-                                                      coarse.vy)) /
-                       worstError(stroboscopicSection(fine.time, fine.angle, fine.x, fine.y, fine.vx, fine.vy));
+  const double ratio =
+      worstError(stroboscopicSection(coarse.time, coarse.angle, coarse.x, coarse.y, coarse.vx, coarse.vy)) /
+      worstError(stroboscopicSection(fine.time, fine.angle, fine.x, fine.y, fine.vx, fine.vy));
   // 2^4 = 16; where in the step the worst crossing lies changes it by a factor below 2.
   EXPECT_GT(ratio, 8.0);
   EXPECT_LT(ratio, 32.0);

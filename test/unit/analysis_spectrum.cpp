@@ -1,6 +1,4 @@
 // Spectra of single tones: amplitude, direction, windows, waterfall.
-#include "amb_rotor/analysis/spectrum.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <complex>
 #include <random>
 
+#include "amb_rotor/analysis/spectrum.hpp"
 #include "amb_rotor/common/error.hpp"
 
 namespace amb_rotor {
@@ -26,14 +25,15 @@ std::vector<double> tone(double amplitude, double frequency, double phase, std::
 TEST(AnalysisSpectrum, EveryWindowShowsTheAmplitudeOfALine) {
   std::vector<double> u = tone(1.7, 80.0, 0.6, 1000);
   for (double& value : u) value += 5.0;
-  for (Window window : {Window::rectangular, Window::hann, Window::hamming, Window::blackman, Window::flat_top}) {
+  for (Window window :
+       {Window::rectangular, Window::hann, Window::hamming, Window::blackman, Window::flat_top}) {
     SpectrumOptions options;
     options.window = window;
     const Spectrum s = amplitudeSpectrum(u, rate, options);
     ASSERT_EQ(s.frequency.size(), 501u);
     EXPECT_NEAR(s.frequency[80], 80.0, round_off);
     EXPECT_NEAR(s.amplitude[80], 1.7, round_off);
-    EXPECT_NEAR(s.amplitude[0], 0.0, round_off);   // the mean is taken out
+    EXPECT_NEAR(s.amplitude[0], 0.0, round_off);  // the mean is taken out
     EXPECT_NEAR(s.amplitude[300], 0.0, round_off);
   }
   SpectrumOptions keep;
@@ -43,7 +43,8 @@ TEST(AnalysisSpectrum, EveryWindowShowsTheAmplitudeOfALine) {
 
 TEST(AnalysisSpectrum, NoiseBandwidthOfKnownWindows) {
   SpectrumOptions options;
-  EXPECT_NEAR(amplitudeSpectrum(tone(1, 80, 0, 1000), rate, options).noise_bandwidth, 1.5, 1e-12);  // Hann, exact
+  EXPECT_NEAR(amplitudeSpectrum(tone(1, 80, 0, 1000), rate, options).noise_bandwidth, 1.5,
+              1e-12);  // Hann, exact
   options.window = Window::flat_top;
   // Table value 3.77 (Harris; ISO 18431-2), three digits.
   EXPECT_NEAR(amplitudeSpectrum(tone(1, 80, 0, 1000), rate, options).noise_bandwidth, 3.77, 0.005);
@@ -70,8 +71,8 @@ TEST(AnalysisSpectrum, FullSpectrumTellsForwardFromBackward) {
     const double df = rate / n;
     for (std::size_t i = 0; i < n; ++i) {
       const double t = i / rate;
-      const std::complex<double> z = std::polar(2.0, 2.0 * M_PI * 50 * df * t) +
-                                     std::polar(0.5, -2.0 * M_PI * 120 * df * t + 1.0);
+      const std::complex<double> z =
+          std::polar(2.0, 2.0 * M_PI * 50 * df * t) + std::polar(0.5, -2.0 * M_PI * 120 * df * t + 1.0);
       x.push_back(z.real());
       y.push_back(z.imag());
     }
@@ -106,8 +107,8 @@ TEST(AnalysisSpectrum, SegmentsAverageThePower) {
   EXPECT_EQ(s.segments, 127u);
   double mean_square = 0.0;
   for (std::size_t i = 1; i < 500; ++i) mean_square += 0.5 * s.amplitude[i] * s.amplitude[i];
-  // Parseval with the noise bandwidth: variance 1 = sum A^2/2 / bandwidth. Standard error sqrt(2/64000) = 0.6 %;
-  // the two end lines hold 0.2 %.
+  // Parseval with the noise bandwidth: variance 1 = sum A^2/2 / bandwidth. Standard error sqrt(2/64000) = 0.6
+  // %; the two end lines hold 0.2 %.
   EXPECT_NEAR(mean_square / s.noise_bandwidth, 1.0, 0.025);
 }
 
@@ -134,7 +135,8 @@ TEST(AnalysisSpectrum, WaterfallFollowsASweep) {
 }
 
 TEST(AnalysisSpectrum, CascadeIsSortedBySpeed) {
-  const Spectrum a = amplitudeSpectrum(tone(1, 10, 0, 100), rate), b = amplitudeSpectrum(tone(2, 10, 0, 100), rate);
+  const Spectrum a = amplitudeSpectrum(tone(1, 10, 0, 100), rate),
+                 b = amplitudeSpectrum(tone(2, 10, 0, 100), rate);
   const Waterfall w = cascade({a, b}, {30.0, 20.0});
   EXPECT_EQ(w.lines[0].speed, 20.0);
   EXPECT_NEAR(w.lines[0].amplitude[1], 2.0, round_off);

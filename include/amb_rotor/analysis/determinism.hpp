@@ -20,7 +20,10 @@ namespace amb_rotor {
 /// K of the 0-1 test, NaN for fewer than 30 values or a constant series.
 double zeroOneTest(const std::vector<double>& series);
 
-/// Forecast ratio of states (one a column), NaN for fewer than 10 states or equal states.
-double forecastRatio(const Eigen::MatrixXd& states);
+/// Forecast ratio of points (one a column), NaN for fewer than 10 points or equal points.
+/// @param depth consecutive points that make a state when neighbours are sought: above 1 where a point alone
+/// is a projection of the state. The error is that of the next point alone.
+/// @throw InputError: depth below 1.
+double forecastRatio(const Eigen::MatrixXd& points, int depth = 1);
 
 }  // namespace amb_rotor
