@@ -6,10 +6,13 @@ if(NOT AMB_ROTOR_WITH_ROS)
   set(CATKIN_PACKAGE_PYTHON_DESTINATION lib/python3/dist-packages/amb_rotor)
   install(DIRECTORY python/amb_rotor/ DESTINATION ${CATKIN_PACKAGE_PYTHON_DESTINATION}
     PATTERN __pycache__ EXCLUDE)
-  install(PROGRAMS python/scripts/amb DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 else()
-  catkin_install_python(PROGRAMS python/scripts/amb DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  # For rosrun from the devel space.
+  configure_file(python/scripts/amb.py.in "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/amb" @ONLY USE_SOURCE_PERMISSIONS)
 endif()
+# Its template has another name: rosrun also looks through the source tree, and there `amb` is one file.
+configure_file(python/scripts/amb.py.in "${CMAKE_BINARY_DIR}/amb_installed" @ONLY USE_SOURCE_PERMISSIONS)
+install(PROGRAMS "${CMAKE_BINARY_DIR}/amb_installed" DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} RENAME amb)
 
 foreach(library amb_rotor_core amb_rotor_ros amb_rotor_nodelets)
   if(TARGET ${library})

@@ -7,4 +7,7 @@ if(EXISTS /usr/bin/python3)
   endforeach()
   # The scripts of catkin and ament that run while configuring look at the PATH.
   set(ENV{PATH} "/usr/bin:$ENV{PATH}")
+else()
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  set(PYTHON_EXECUTABLE "${Python3_EXECUTABLE}" CACHE FILEPATH "the Python that ROS is installed for")
 endif()

@@ -9,13 +9,13 @@ if(TARGET tests)  # catkin's name for the same thing
   add_dependencies(tests amb_rotor_tests)
 endif()
 
-# Packages that only tests use: independent integrators to check against.
+# An independent integrator to check against; Boost.odeint, which is headers only, is always there.
 find_package(SUNDIALS QUIET)
 
 function(amb_rotor_test_executable target)
   add_executable(${target} EXCLUDE_FROM_ALL ${ARGN})
   target_compile_definitions(${target} PRIVATE AMB_ROTOR_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
-  target_link_libraries(${target} PRIVATE amb_rotor_core GTest::gtest)
+  target_link_libraries(${target} PRIVATE amb_rotor_core GTest::gmock GTest::gtest)
   amb_rotor_warnings(${target})
   add_dependencies(amb_rotor_tests ${target})
 endfunction()
