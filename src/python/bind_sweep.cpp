@@ -122,6 +122,12 @@ void bindSweep(py::module_& m) {
                                }
                                return axes;
                              })
+      .def_property_readonly("parameters",
+                             [](const BasicSweep& s) {
+                               py::dict values;
+                               for (const auto& [key, value] : s.parameters) values[py::str(key)] = value;
+                               return values;
+                             })
       .def("values_at", &BasicSweep::valuesAt, py::arg("point"))
       .def(
           "run",

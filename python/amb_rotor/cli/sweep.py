@@ -1,0 +1,209 @@
+"""`amb sweep`: bifurcation diagrams, regime maps, and the search for what a figure leaves out."""
+from __future__ import annotations
+
+import pathlib
+import time
+
+from amb_rotor.cli import common
+from amb_rotor.errors import InputError
+
+HELP = "bifurcation diagram, regime map, or search for a figure's unstated values"
+EXAMPLE = "amb sweep config/thesis/fig_6_2.yaml --out out/fig_6_2"
+POINTS_AT_ONCE = 4096
+
+
+def add_arguments(parser) -> None:
+    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1 or amb-search/1")
+    common.add_out(parser, "sweep")
+    parser.add_argument("--engine", choices=("local", "dask"), default="local",
+                        help="local: this machine's cores; dask: chunks of the grid on a Dask cluster")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the Dask cluster; without it, one is started here")
+    parser.add_argument("--resume", action="store_true", help="keep the points that an interrupted run has finished")
+
+
+def _format(path: pathlib.Path) -> str:
+    import yaml
+    try:
+        document = yaml.safe_load(path.read_text())
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error}") from error
+    return document.get("format", "") if isinstance(document, dict) else ""
+
+
+def run(args) -> int:
+    path = common.input_path(args.sweep)
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder")
+    if args.scheduler and args.engine != "dask":
+        raise InputError("--scheduler: needs --engine dask")
+    if _format(path) == "amb-search/1":
+        return _search(args, path)
+    return _sweep(args, path)
+
+
+# ---- sweep
+def run_chunk(path: str, first: int, count: int) -> dict:
+    """One chunk of a sweep file's grid: what a worker does, here or on a cluster."""
+    from amb_rotor import _core
+    return _core.BasicSweep(path).run(first, count)
+
+
+def _chunks(args, path: pathlib.Path, size: int, todo: list[int]):
+    """(first, result) of every chunk that is to do."""
+    def count(first):
+        return min(POINTS_AT_ONCE, size - first)
+    if args.engine == "local":
+        for first in todo:
+            yield first, run_chunk(str(path), first, count(first))
+        return
+    try:
+        from distributed import Client, as_completed
+    except ImportError as error:
+        raise InputError(f"--engine dask: {error}; install python3-distributed") from error
+    with Client(args.scheduler) if args.scheduler else Client() as client:
+        futures = {client.submit(run_chunk, str(path.resolve()), first, count(first)): first for first in todo}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def _save_part(folder: pathlib.Path, first: int, result: dict) -> None:
+    import numpy
+    with common.atomic_path(folder / f"part_{first:09d}.npz") as part:
+        numpy.savez(part, **{key: numpy.asarray(value) for key, value in result.items()})
+
+
+def _gather(args, path: pathlib.Path, sweep, parts: pathlib.Path) -> tuple[dict, float, float]:
+    """All points, seconds of computing, machine-steps."""
+    import numpy
+    parts.mkdir(exist_ok=True)
+    stamp = parts / "sweep.yaml"
+    text = path.read_text()
+    if not (args.resume and stamp.exists() and stamp.read_text() == text):
+        for old in parts.glob("part_*.npz"):
+            old.unlink()
+        common.atomic_write(stamp, text)
+    starts = range(0, sweep.size, POINTS_AT_ONCE)
+    todo = [first for first in starts if not (parts / f"part_{first:09d}.npz").exists()]
+    seconds = steps = 0.0
+    began = time.perf_counter()
+    with common.progress_bar(len(starts), "points") as bar:
+        bar.update(len(starts) - len(todo))
+        for first, result in _chunks(args, path, sweep.size, todo):
+            seconds += time.perf_counter() - began
+            steps += result["machine_steps"]
+            if sweep.size > 10 * POINTS_AT_ONCE:
+                del result["sections"]  # a map does not need them, and they are large
+            _save_part(parts, first, result)
+            bar.update(1)
+            began = time.perf_counter()
+    loaded = [numpy.load(parts / f"part_{first:09d}.npz") for first in starts]
+    keys = ("period", "contact_fraction", "regime", "largest_lyapunov", "max_radius", "whirl", "end")
+    points = {key: numpy.concatenate([part[key] for part in loaded]) for key in keys}
+    if all("sections" in part for part in loaded):
+        points["sections"] = numpy.concatenate([part["sections"] for part in loaded])
+    return points, seconds, steps
+
+
+def _border(axes, fixed):
+    """Border of stability of the annular rub where the map is friction over frequency, else none."""
+    names = [name for name, _ in axes]
+    if sorted(names) != ["frequency_ratio", "friction"] or fixed.get("misalignment"):
+        return None
+    from amb_rotor import _core
+    if not hasattr(_core, "annular_rub_border"):
+        return None
+    import numpy
+    frequencies = numpy.asarray(dict(axes)["frequency_ratio"])
+    border = numpy.array([_core.annular_rub_border({**fixed, "frequency_ratio": f}) for f in frequencies])
+    return (frequencies, border) if names[1] == "frequency_ratio" else (border, frequencies)
+
+
+def ranges(values, regimes, periods) -> list[str]:
+    """The motion in words: runs of equal motion along one axis."""
+    kinds = [f"period {period}" if regime == "period" else regime.replace("_", " ")
+             for regime, period in zip(regimes, periods)]
+    lines, begin = [], 0
+    for index in range(1, len(kinds) + 1):
+        if index == len(kinds) or kinds[index] != kinds[begin]:
+            lines.append(f"  {values[begin]:9.4f} to {values[index - 1]:9.4f}  {index - begin:4d}  {kinds[begin]}")
+            begin = index
+    return lines
+
+
+def _sweep(args, path: pathlib.Path) -> int:
+    import collections
+    from amb_rotor import _core
+    from amb_rotor.sweeps import draw
+    try:
+        sweep = _core.BasicSweep(str(path))
+    except RuntimeError as error:  # an InputError of the core
+        raise InputError(str(error)) from error
+    folder = common.out_folder(args, "sweep", sweep.name)
+    points, seconds, steps = _gather(args, path, sweep, folder / "parts")
+    axes = sweep.axes
+    if len(axes) == 1:
+        pictures = draw.bifurcation(sweep.title, axes[0][0], axes[0][1], points["sections"], points["regime"], folder)
+        print("\n".join(ranges(axes[0][1], points["regime"], points["period"])))
+    else:
+        pictures = draw.regime_map(sweep.title, axes, points["regime"], _border(axes, sweep.parameters), folder)
+    counts = collections.Counter(points["regime"].tolist())
+    print(", ".join(f"{count} {regime}" for regime, count in counts.most_common()))
+    if steps:
+        print(f"{sweep.size} points of {sweep.turns} turns: {seconds:.2f} s of computing, "
+              f"{steps / seconds:.3g} machine-steps/s")
+    names = [name for name, _ in axes]
+    table = [{"parameters": dict(zip(names, sweep.values_at(index))), "period": int(points["period"][index]),
+              "contact_fraction": float(points["contact_fraction"][index]),
+              "regime": str(points["regime"][index]),
+              "largest_lyapunov": float(points["largest_lyapunov"][index]),
+              "max_radius": float(points["max_radius"][index])} for index in range(sweep.size)]
+    common.write_json(args, {"name": sweep.name, "points": table})
+    _write_table(folder, table)
+    common.report_line(pictures[0])
+    return 0
+
+
+def _write_table(folder: pathlib.Path, table: list[dict]) -> None:
+    names = list(table[0]["parameters"])
+    columns = [key for key in table[0] if key != "parameters"]
+    lines = [",".join(names + columns)]
+    for row in table:
+        lines.append(",".join([f"{row['parameters'][name]:.10g}" for name in names] +
+                              [f"{row[key]:.8g}" if isinstance(row[key], float) else str(row[key]) for key in columns]))
+    common.atomic_write(folder / "points.csv", "\n".join(lines) + "\n")
+
+
+# ---- search
+def _search(args, path: pathlib.Path) -> int:
+    import numpy
+    from amb_rotor.sweeps import draw
+    from amb_rotor.sweeps import search as searching
+    search = searching.read_search(path)
+    folder = common.out_folder(args, "sweep", search.name)
+    size = int(numpy.prod([len(values) for values in search.grid.values()]))
+    began = time.perf_counter()
+    with common.progress_bar(size, "grid points") as bar:
+        points, hits = searching.run_search(search, bar.update)
+    seconds = time.perf_counter() - began
+    total = sum(motion is not None for motion in searching.published(search))
+    order = numpy.argsort(-hits, kind="stable")
+    print(f"{size} grid points, {total} swept values inside the published ranges, {seconds:.0f} s")
+    print("  agree  " + "  ".join(search.grid))
+    for index in order[:12]:
+        print(f"  {hits[index]:5d}  " + "  ".join(f"{value:{len(name)}.4g}" for name, value in zip(search.grid, points[index])))
+    print("best for each friction direction, and how many grid points come near it:")
+    best = []
+    for sign in sorted(set(points[:, list(search.grid).index("friction_sign")]), reverse=True) \
+            if "friction_sign" in search.grid else [None]:
+        chosen = order if sign is None else [i for i in order
+                                             if points[i, list(search.grid).index("friction_sign")] == sign]
+        top = hits[chosen[0]]
+        near = int(sum(hits[i] >= top - 0.02 * total for i in chosen))
+        where = ", ".join(f"{name} {value:g}" for name, value in zip(search.grid, points[chosen[0]]))
+        print(f"  {top} of {total}: {where}; {near} of {len(chosen)} points are within 2 % of it")
+        best.append({"agree": int(top), "of": total, "near": near,
+                     "parameters": {name: float(value) for name, value in zip(search.grid, points[chosen[0]])}})
+    common.write_json(args, {"name": search.name, "best": best})
+    pictures = draw.score_map(search.title, search.grid, hits, total, folder)
+    common.report_line(pictures[0])
+    return 0

@@ -1,0 +1,1 @@
+"""Sweeps of the basic model: running them, drawing them, and searching for what a figure leaves out."""
