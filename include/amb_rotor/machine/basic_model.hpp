@@ -163,6 +163,10 @@ struct SlidingFriction {
   }
 };
 
+/// Which branch of the force is evaluated. by_radius: as the radius says (no mask: clamped at the clearance).
+/// The event-accurate integration names the branch of the mode it is in, so that a step is smooth.
+enum class BasicBranch { by_radius, free, contact };
+
 template <class ContactLaw, class FrictionLaw>
 struct BasicModel {
   using Contact = ContactLaw;
@@ -170,14 +174,25 @@ struct BasicModel {
 
   /// Acceleration at one instant. C: type of the coefficients, T: of the state (C or Dual of it).
   /// @param fx,fy unbalance force over mass, in the coefficients' unit of time
-  template <class C, class T, class F>
+  template <BasicBranch branch = BasicBranch::by_radius, class C, class T, class F>
   static inline void acceleration(const BasicCoefficients<C>& c, const F& fx, const F& fy, const T& x,
                                   const T& y, const T& vx, const T& vy, T& ax, T& ay) {
     using S = typename PlainType<T>::type;
+    if constexpr (branch == BasicBranch::free) {
+      ax = fx - c.damping * vx - c.stiffness * x;
+      ay = fy - c.damping * vy - c.stiffness * y;
+      return;
+    }
     const T u = x - c.misalignment_x;
     const T v = y - c.misalignment_y;
+    const T square = u * u + v * v;
     // Clamped at the clearance: the depth and with it every contact force is 0 inside, without a mask.
-    const T radius = squareRoot(maximum(u * u + v * v, S(1.0)));
+    T radius;
+    if constexpr (branch == BasicBranch::by_radius) {
+      radius = squareRoot(maximum(square, S(1.0)));
+    } else {
+      radius = squareRoot(square);
+    }
     const T inverse = inverseOf(radius);
     T normal, tx, ty;
     if constexpr (Contact::needs_rate) {
