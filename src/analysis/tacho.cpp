@@ -176,8 +176,9 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
   return pulses;
 }
 
-SpeedFit fitSpeed(const TachoPulses& pulses, int turns, bool with_acceleration) {
+SpeedFit fitSpeed(const TachoPulses& pulses, int turns, bool with_acceleration, double edge_std) {
   requireArgument(turns >= 0, "turns", turns, "must be at least 0");
+  requireArgument(edge_std >= 0.0 && std::isfinite(edge_std), "edge_std", edge_std, "must be at least 0 [s]");
   SpeedFit fit;
   std::size_t count = pulses.time.size();
   if (turns > 0) {
@@ -213,7 +214,8 @@ SpeedFit fitSpeed(const TachoPulses& pulses, int turns, bool with_acceleration) 
   fit.turns = static_cast<int>(pulses.turn[count - 1] - pulses.turn.front());
   const double freedom = static_cast<double>(count) - unknowns;
   if (freedom > 0.0) {
-    const double variance = residual.squaredNorm() / freedom;
+    const double least = fit.speed * edge_std;
+    const double variance = std::max(residual.squaredNorm() / freedom, least * least);
     const Eigen::MatrixXd covariance = variance * (design.transpose() * design).inverse();
     fit.speed_std = std::sqrt(covariance(1, 1)) / length;
     if (with_acceleration) fit.acceleration_std = 2.0 * std::sqrt(covariance(2, 2)) / (length * length);

@@ -64,6 +64,13 @@ TEST(AnalysisContact, RubArcThroughTheNegativeAxis) {
   EXPECT_NEAR(s.direction_spread, 1.0 - 3.0 / M_PI, 2e-3);
 }
 
+TEST(AnalysisContact, DirectionsWeighByTime) {
+  // 3 s at 0 degrees and 1 s at 90 degrees: resultant sqrt(9 + 1)/4, direction atan(1/3).
+  const ContactStatistics s = contactStatistics({0, 3, 4}, {5, 5, 5}, {0, 1, 0}, {1, 0, 1});
+  EXPECT_NEAR(s.mean_direction, std::atan2(1.0, 3.0), 1e-15);
+  EXPECT_NEAR(s.direction_spread, 1.0 - std::sqrt(10.0) / 4.0, 1e-15);
+}
+
 TEST(AnalysisContact, AllTheTimeAndNever) {
   const std::vector<double> t = {0, 1, 2}, x(3, 1.0), y(3, 0.0);
   const ContactStatistics always = contactStatistics(t, {3, 3, 3}, x, y);

@@ -71,6 +71,21 @@ TEST(AnalysisTacho, ConstantSpeedOfTheFirstTurns) {
   EXPECT_NEAR(shaft.speed(0.7), fit.speed, 1e-12);
 }
 
+TEST(AnalysisTacho, RoundingThatRepeatsHidesTheError) {
+  // 10000/155.0532 samples a turn: ten edges in a row are rounded alike, and scatter by nothing.
+  TachoPulses pulses;
+  pulses.state = TachoState::turning;
+  for (int k = 0; k < 11; ++k) {
+    pulses.time.push_back(k * 6.4494e-3);
+    pulses.turn.push_back(k);
+  }
+  EXPECT_LT(fitSpeed(pulses).speed_std, 1e-9);
+  const SpeedFit fit = fitSpeed(pulses, 0, false, 5.8e-8);
+  // Slope of 11 points: 5.8e-8 s / sqrt(110) a turn, relative to the period.
+  EXPECT_NEAR(fit.speed_std / fit.speed, 5.8e-8 / std::sqrt(110.0) / 6.4494e-3, 1e-12);
+  EXPECT_THROW(fitSpeed(pulses, 0, false, -1.0), InputError);
+}
+
 TEST(AnalysisTacho, DecayingSpeedWithAcceleration) {
   const Channel c = channel(1.0, [](double t) { return 600.0 * t - 10.0 * t * t; });
   const SpeedFit fit = fitSpeed(findPulses(c.time, c.value), 0, true);

@@ -95,7 +95,11 @@ struct SpeedFit {
 };
 
 /// @param turns the first N turns; 0: all. @param with_acceleration fits the quadratic too (>= 3 edges).
-SpeedFit fitSpeed(const TachoPulses& pulses, int turns = 0, bool with_acceleration = false);
+/// @param edge_std [s] known least error of an edge's time (5.8e-8 for values rounded to 0.001 on a ramp of
+/// 0.2 ms). The scatter about the fit alone can be far too small: near a whole number of samples a turn the
+/// rounding repeats. @throw InputError: turns or edge_std below 0.
+SpeedFit fitSpeed(const TachoPulses& pulses, int turns = 0, bool with_acceleration = false,
+                  double edge_std = 0.0);
 
 /// Shaft angle, speed and acceleration as functions of time.
 class ShaftAngle {
