@@ -23,7 +23,8 @@ constexpr double d1 = -12715105075.0 / 11282082432.0, d3 = 87487479700.0 / 32700
                  d4 = -10690763975.0 / 1880347072.0, d5 = 701980252875.0 / 199316789632.0,
                  d6 = -1453857185.0 / 822651844.0, d7 = 69997945.0 / 29380423.0;
 
-constexpr double inner_points[] = {0.25, 0.5, 0.75, 1.0};
+/// A step is searched for events in quarters.
+constexpr int sample_points = 5;
 
 }  // namespace
 
@@ -48,7 +49,7 @@ EventIntegrator::EventIntegrator(HybridSystem& system, IntegratorOptions options
   work_.assign(n_, 0.0);
   start_.assign(n_, 0.0);
   dense_state_.assign(n_, 0.0);
-  guard_before_.assign(system.guards(), 0.0);
+  samples_.assign(sample_points * system.guards(), 0.0);
   guard_now_.assign(system.guards(), 0.0);
 }
 
@@ -91,38 +92,93 @@ void EventIntegrator::dense(double s, double* out) const {
              s * (dense_[1][i] + r * (dense_[2][i] + s * (dense_[3][i] + r * dense_[4][i])));
 }
 
-bool EventIntegrator::locate(double time, double h, const double* before, double& at, int& guard) {
+double EventIntegrator::guardAt(double time, double h, double share, int guard) {
+  dense(share, dense_state_.data());
+  system_.guardValues(time + share * h, dense_state_.data(), guard_now_.data());
+  return guard_now_[guard];
+}
+
+double EventIntegrator::dip(double time, double h, int guard, int interval) {
   const int guards = static_cast<int>(guard_now_.size());
-  double from = 0.0;
-  for (double to : inner_points) {
-    dense(to, dense_state_.data());
-    system_.guardValues(time + to * h, dense_state_.data(), guard_now_.data());
-    bool crossed = false;
-    for (int g = 0; g < guards; ++g) crossed = crossed || guard_now_[g] < 0.0;
-    if (!crossed) {
-      from = to;
-      continue;
+  const double from = 0.25 * interval, to = from + 0.25;
+  const int first = interval == 0 ? 0 : interval - 1;
+  double s[3], g[3];
+  for (int i = 0; i < 3; ++i) {
+    s[i] = 0.25 * (first + i);
+    g[i] = samples_[(first + i) * guards + guard];
+  }
+  const double size = std::max({std::fabs(g[0]), std::fabs(g[1]), std::fabs(g[2])});
+  // successive parabolas through three points; only an apex near zero is worth a look
+  for (int pass = 0; pass < 6; ++pass) {
+    const double slope = (g[1] - g[0]) / (s[1] - s[0]);
+    const double bend = ((g[2] - g[1]) / (s[2] - s[1]) - slope) / (s[2] - s[0]);
+    if (!(bend > 0.0)) return -1.0;
+    const double apex = 0.5 * (s[0] + s[1] - slope / bend);
+    const double least = g[0] + (apex - s[0]) * (slope + bend * (apex - s[1]));
+    if (!(apex > from && apex < to) || least > 0.1 * size) return -1.0;
+    for (double known : s)
+      if (std::fabs(apex - known) < 1e-9) return -1.0;
+    const double value = guardAt(time, h, apex, guard);
+    if (value < 0.0) return apex;
+    // the lower of the two inner points becomes the middle of the next three
+    const bool left = apex < s[1];
+    const double s_low = left ? apex : s[1], g_low = left ? value : g[1];
+    const double s_high = left ? s[1] : apex, g_high = left ? g[1] : value;
+    if (g_low < g_high) {
+      s[1] = s_low, g[1] = g_low;
+      s[2] = s_high, g[2] = g_high;
+    } else {
+      s[0] = s_low, g[0] = g_low;
+      s[1] = s_high, g[1] = g_high;
     }
+  }
+  return -1.0;
+}
+
+bool EventIntegrator::locate(double time, double h, double& at, int& guard) {
+  const int guards = static_cast<int>(guard_now_.size());
+  for (int point = 0; point < sample_points; ++point) {
+    dense(0.25 * point, dense_state_.data());
+    system_.guardValues(time + 0.25 * point * h, dense_state_.data(), &samples_[point * guards]);
+  }
+  for (int interval = 0; interval + 1 < sample_points; ++interval) {
     at = 2.0;
     for (int g = 0; g < guards; ++g) {
-      if (guard_now_[g] >= 0.0) continue;
-      double low = from, high = to;
+      double low = 0.25 * interval, high = low + 0.25;
+      if (samples_[(interval + 1) * guards + g] >= 0.0) high = dip(time, h, g, interval);
+      if (high < 0.0) continue;
       // bisection with the guard's sign only: guards may have kinks
       for (int pass = 0; pass < 60 && high - low > 1e-15; ++pass) {
         const double middle = 0.5 * (low + high);
-        dense(middle, dense_state_.data());
-        system_.guardValues(time + middle * h, dense_state_.data(), guard_before_.data());
-        (guard_before_[g] < 0.0 ? high : low) = middle;
+        (guardAt(time, h, middle, g) < 0.0 ? high : low) = middle;
       }
       if (high < at) {
         at = high;
         guard = g;
       }
     }
-    (void)before;
-    return true;
+    if (at < 2.0) return true;
   }
   return false;
+}
+
+double EventIntegrator::cross(double time, const double* y, double width, double longest, int guard) {
+  // The dense output places the crossing to its own order only. The state that the method itself reaches must lie
+  // behind it, or the new mode would be left again at once.
+  double before = 0.0, value_before = 0.0;
+  for (int pass = 0; pass < 20; ++pass) {
+    trial(time, y, width);
+    system_.guardValues(time + width, next_.data(), guard_now_.data());
+    const double value = guard_now_[guard];
+    if (value < 0.0) return width;
+    const double slope = pass == 0 ? 0.0 : (value - value_before) / (width - before);
+    before = width;
+    value_before = value;
+    const double least = longest * 1e-12 * (1 << pass);
+    width += slope < 0.0 ? std::max(least, -1.01 * value / slope) : least;
+    if (width >= longest) return -1.0;
+  }
+  return before;
 }
 
 IntegrationResult EventIntegrator::advance(double start, double end, double* state) {
@@ -199,10 +255,13 @@ IntegrationResult EventIntegrator::advance(double start, double end, double* sta
     double taken = h;
     if (guards > 0) {
       double at = 0.0;
-      if (locate(time, h, y, at, guard)) {
-        event = true;
-        taken = std::max(at * h, 1e-16);
-        trial(time, y, taken);  // the state at the event by the method itself
+      if (locate(time, h, at, guard)) {
+        taken = cross(time, y, std::max(at * h, 1e-16), h, guard);
+        event = taken > 0.0;
+        if (!event) {  // the method's own motion crosses only in the next step
+          taken = h;
+          trial(time, y, h);
+        }
         if (observer_) buildDense(taken);
       }
     }

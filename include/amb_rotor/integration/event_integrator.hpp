@@ -3,9 +3,10 @@
 // guard crosses zero.
 //
 // Method: Dormand and Prince 5(4) with first-same-as-last, dense output of order 4 (Hairer, Norsett, Wanner,
-// Solving Ordinary Differential Equations I, II.5, II.6), PI step control. A guard that changes its sign between
-// the ends or at inner points of a step is located on the dense output, and the step is then repeated with exactly
-// that length and corrected, so that the state at the event has the order of the method, not of the dense output.
+// Solving Ordinary Differential Equations I, II.5, II.6), PI step control. Events are
+// looked for on the dense output: a guard that is negative at a quarter of a step, or dips below zero between two of
+// them. The step is then repeated with exactly the length to the event and corrected until the state lies behind it,
+// so that the state at the event has the order of the method, not of the dense output.
 // No allocation after construction.
 #include <functional>
 #include <string>
@@ -67,13 +68,19 @@ class EventIntegrator {
   /// One trial step; returns the error norm (1: at the tolerance).
   double trial(double time, const double* state, double h);
   void dense(double share, double* out) const;
-  bool locate(double time, double h, const double* before, double& at, int& guard);
+  /// First event on the dense output of a step: its share of the step and its guard.
+  bool locate(double time, double h, double& at, int& guard);
+  double guardAt(double time, double h, double share, int guard);
+  /// A place inside a quarter of a step where a guard that is positive at both ends dips below zero; -1: none.
+  double dip(double time, double h, int guard, int interval);
+  /// Repeats the step up to just behind an event; returns its length, -1: the event is not within the step.
+  double cross(double time, const double* y, double width, double longest, int guard);
 
   HybridSystem& system_;
   IntegratorOptions options_;
   IntegratorStatistics statistics_;
   int n_;
-  std::vector<double> k_[7], next_, work_, start_, dense_state_, guard_before_, guard_now_;
+  std::vector<double> k_[7], next_, work_, start_, dense_state_, samples_, guard_now_;
   std::vector<double> dense_[5];
   double step_ = 0.0, previous_error_ = 1.0;
   double start_time_ = 0.0;
