@@ -33,7 +33,8 @@ void visitRig(R& rig, F&& f) {
   });
 }
 
-/// Collects the faults of relations between values; a relation that needs an unreadable value is left out.
+/// Collects the faults of relations between values. A relation to a value that is unreadable or breaks its
+/// own limit is left out: it would only repeat that fault.
 class Relations {
  public:
   explicit Relations(std::vector<Fault>& faults) : faults_(faults) {}
@@ -49,11 +50,13 @@ class Relations {
 void checkRelations(const Model& model, std::vector<Fault>& faults) {
   const auto& rig = model.rig;
   Relations relations(faults);
-  relations.require("rig.rotor.polar_inertia_kg_m2", rig.rotor.polar_inertia_kg_m2,
-                    rig.rotor.transverse_inertia_kg_m2,
-                    rig.rotor.polar_inertia_kg_m2 <= 2.0 * rig.rotor.transverse_inertia_kg_m2,
-                    "must be at most twice the transverse inertia, " +
-                        numberText(2.0 * rig.rotor.transverse_inertia_kg_m2) +
+  const auto sound = [](const char* path, double value) {
+    return rigLimit(path).holds(value) ? value : std::nan("");
+  };
+  const double transverse = sound("rotor.transverse_inertia_kg_m2", rig.rotor.transverse_inertia_kg_m2);
+  relations.require("rig.rotor.polar_inertia_kg_m2", rig.rotor.polar_inertia_kg_m2, transverse,
+                    rig.rotor.polar_inertia_kg_m2 <= 2.0 * transverse,
+                    "must be at most twice the transverse inertia, " + numberText(2.0 * transverse) +
                         " kg m2 (no body has a larger one: triangle inequality)");
   const auto ordered = [&](const std::string& name, const double(&z)[2]) {
     relations.require("rig.planes." + name + ".b", z[1], z[0], z[0] < z[1],
@@ -63,19 +66,21 @@ void checkRelations(const Model& model, std::vector<Fault>& faults) {
   ordered("sensor", rig.planes.sensor);
   ordered("aux", rig.planes.aux);
   if (model.amb_model != AmbModel::linear) return;
-  relations.require("rig.auxiliary_bearing.clearance_m", rig.auxiliary_bearing.clearance_m, rig.amb.air_gap_m,
-                    rig.auxiliary_bearing.clearance_m < rig.amb.air_gap_m,
-                    "must be below the air gap, " + numberText(rig.amb.air_gap_m) +
+  const double air_gap = sound("amb.air_gap_m", rig.amb.air_gap_m);
+  relations.require("rig.auxiliary_bearing.clearance_m", rig.auxiliary_bearing.clearance_m, air_gap,
+                    rig.auxiliary_bearing.clearance_m < air_gap,
+                    "must be below the air gap, " + numberText(air_gap) +
                         " m (or the rotor hits the magnets before the auxiliary bearing)");
-  relations.require("rig.amb.bias_current_A", rig.amb.bias_current_A, rig.amb.max_current_A,
-                    rig.amb.bias_current_A <= rig.amb.max_current_A,
-                    "must be at most max_current_A, " + numberText(rig.amb.max_current_A) + " A");
-  const double samples = rig.controller.delay_s * rig.controller.sample_rate_hz;
+  const double max_current = sound("amb.max_current_A", rig.amb.max_current_A);
+  relations.require("rig.amb.bias_current_A", rig.amb.bias_current_A, max_current,
+                    rig.amb.bias_current_A <= max_current,
+                    "must be at most max_current_A, " + numberText(max_current) + " A");
+  const double rate = sound("controller.sample_rate_hz", rig.controller.sample_rate_hz);
   constexpr double round_off = 1e-9;  // of a product such as 0.002 s * 10000 Hz
-  relations.require("rig.controller.delay_s", rig.controller.delay_s, rig.controller.sample_rate_hz,
-                    samples <= max_delay_samples + round_off,
+  relations.require("rig.controller.delay_s", rig.controller.delay_s, rate,
+                    rig.controller.delay_s * rate <= max_delay_samples + round_off,
                     "must be at most " + numberText(max_delay_samples) + " samples, " +
-                        numberText(max_delay_samples / rig.controller.sample_rate_hz) + " s");
+                        numberText(max_delay_samples / rate) + " s");
 }
 
 void checkUncertainty(const Model& model, bool skip_unreadable, std::vector<Fault>& faults) {

@@ -103,6 +103,8 @@ class TreeBuilder : public YAML::EventHandler {
     if (frame.node.kind == YamlNode::Kind::map && !frame.key_is_open) {
       addKey(frame, node);
     } else {
+      // The event of an empty value comes with the place of what follows it.
+      if (node.kind == YamlNode::Kind::null && frame.key_is_open) node.line = frame.node.key_lines.back();
       frame.node.items.push_back(std::move(node));
       frame.key_is_open = false;
     }

@@ -23,6 +23,7 @@ struct ParameterSchema {
   double neutral;     ///< at this value (of the plain and amplitude parameters) the effect vanishes; NaN: never
   ParameterRole role;
   std::string meaning;
+  int harmonic = 1;     ///< of a phase: the order of the shaft's angle that it shifts
 };
 
 struct EffectSchema {
