@@ -11,8 +11,9 @@
 namespace amb_rotor {
 namespace {
 
-constexpr Eigen::Index least_points = 6;         // two of period 3: below, nothing repeats convincingly
-constexpr Eigen::Index least_chaos_points = 60;  // 0-1 test and neighbours need some
+constexpr Eigen::Index least_points = 6;  // two of period 3: below, nothing repeats convincingly
+constexpr Eigen::Index least_chaos_points =
+    120;  // with 100 the 0-1 test still calls a third of quasi-periodic series chaotic
 
 /// rms distance of points `lag` turns apart.
 double repeatError(const Eigen::MatrixXd& points, Eigen::Index lag) {
