@@ -9,7 +9,7 @@
 //   the error of predicting it by a random other state: about 0 deterministic, about 1 random.
 // Together: K near 1 with a small ratio is deterministic chaos; K near 1 with a ratio near 1 is noise.
 //
-// Units: none. Valid: at least some 100 states, better 300 to 1000; slow drift removed.
+// Units: none. Valid: at least some 120 states, better 300 to 1000; slow drift removed.
 // Sources: Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129; Farmer and Sidorowich, PRL 59
 // (1987). Left out: chaos of dimension so high that the points do not come near one another looks random.
 #include <Eigen/Core>

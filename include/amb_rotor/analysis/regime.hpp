@@ -19,7 +19,7 @@
 // of 0.1 % when the two points are more than 0.4 % of the clearance apart.
 //
 // Units: SI; frame inertial, spin positive. The transient is the caller's to leave out.
-// Valid: 3 n points for period n; 100 points, better 300, to tell quasi-periodic from chaotic without
+// Valid: 3 n points for period n; 120 points, better 300, to tell quasi-periodic from chaotic without
 // exponent. Source: thesis 5.4, 6.1; specification of the command line (names). Left out: coexisting motions,
 // hysteresis (a regime is of one run).
 #include <Eigen/Core>
