@@ -133,11 +133,12 @@ void checkEffects(const Model& model, const EffectCatalogue& catalogue, bool ski
 }  // namespace
 
 std::string FieldLimit::text() const {
-  const std::string lowest = numberText(lower) + " " + unit;
   std::string rule = "must be a finite number";
-  if (std::isfinite(lower)) rule = std::string("must be ") + (lower_is_open ? "above " : "from ") + lowest;
-  if (std::isfinite(upper)) rule += " to " + numberText(upper) + " " + unit;
-  return rule + " (" + reason + ")";
+  if (std::isfinite(lower))
+    rule = std::string("must be ") + (lower_is_open ? "above " : "from ") + numberText(lower);
+  if (std::isfinite(upper)) rule += " to " + numberText(upper);
+  const bool has_unit = std::isfinite(lower) && std::string(unit) != "1";
+  return rule + (has_unit ? std::string(" ") + unit : "") + " (" + reason + ")";
 }
 
 const std::vector<FieldLimit>& rigLimits() {

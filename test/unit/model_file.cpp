@@ -100,9 +100,9 @@ INSTANTIATE_TEST_SUITE_P(
         BrokenRule{"damping_N_s_per_m: 300.0", "damping_N_s_per_m: -3",
                    "rig.auxiliary_bearing.contact.damping_N_s_per_m", "from 0.0 N s/m"},
         BrokenRule{"friction_coefficient: 0.1", "friction_coefficient: -0.1",
-                   "rig.auxiliary_bearing.friction_coefficient", "from 0.0 1 to 2.0 1"},
+                   "rig.auxiliary_bearing.friction_coefficient", "from 0.0 to 2.0 ("},
         BrokenRule{"friction_coefficient: 0.1", "friction_coefficient: 2.1",
-                   "rig.auxiliary_bearing.friction_coefficient", "from 0.0 1 to 2.0 1"},
+                   "rig.auxiliary_bearing.friction_coefficient", "from 0.0 to 2.0 ("},
         BrokenRule{"moment_kg_m: 6.0e-5", "moment_kg_m: -6.0e-5", "rig.unbalance.0.moment_kg_m",
                    "from 0.0 kg m"},
         BrokenRule{"gravity_m_s2: 0.0", "gravity_m_s2: -9.81", "rig.gravity_m_s2", "from 0.0 m/s2"}));
