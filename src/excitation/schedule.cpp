@@ -12,11 +12,16 @@ bool isForce(const FaultEvent& fault) {
   return fault.type == FaultType::force_impulse || fault.type == FaultType::force_step;
 }
 
+bool isOn(double start, double duration, double instant) {
+  const double t = instant - start + schedule_tolerance_s;
+  return t >= 0.0 && (duration <= 0.0 || t < duration);
+}
+
 }  // namespace
 
-double waveformValue(const Excitation& e, double time) {
+double waveformValue(const Excitation& e, double time, double since) {
+  if (!isOn(e.start_s, e.duration_s, since)) return 0.0;
   const double t = time - e.start_s;
-  if (t < 0.0 || (e.duration_s > 0.0 && t >= e.duration_s)) return 0.0;
   switch (e.waveform) {
     case Waveform::step: return e.amplitude;
     case Waveform::impulse: return e.amplitude * std::sin(pi * t / e.duration_s);
@@ -28,9 +33,9 @@ double waveformValue(const Excitation& e, double time) {
   return 0.0;
 }
 
-double faultShare(const FaultEvent& fault, double time) {
-  const double t = time - fault.start_s;
-  if (t < 0.0 || (fault.duration_s > 0.0 && t >= fault.duration_s)) return 0.0;
+double faultShare(const FaultEvent& fault, double time, double since) {
+  if (!isOn(fault.start_s, fault.duration_s, since)) return 0.0;
+  const double t = std::max(time - fault.start_s, 0.0);
   if (fault.type == FaultType::force_impulse) return std::sin(pi * t / fault.duration_s);
   return fault.ramp_s > 0.0 ? std::min(1.0, t / fault.ramp_s) : 1.0;
 }
@@ -54,30 +59,30 @@ Schedule::Schedule(const std::vector<Excitation>& excitations, const std::vector
   breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
 }
 
-void Schedule::forces(double time, std::vector<Vec2<double>>& out) const {
+void Schedule::forces(double time, double since, std::vector<Vec2<double>>& out) const {
   out.clear();
   for (const auto& e : excitations_)
     if (e.kind == Excitation::Kind::force) {
-      const double value = waveformValue(e, time);
+      const double value = waveformValue(e, time, since);
       out.push_back({value * std::cos(e.direction_rad), value * std::sin(e.direction_rad)});
     }
   for (const auto& f : faults_)
     if (isForce(f)) {
-      const double value = f.amount * faultShare(f, time);
+      const double value = f.amount * faultShare(f, time, since);
       out.push_back({value * std::cos(f.phase_rad), value * std::sin(f.phase_rad)});
     }
 }
 
-void Schedule::unbalanceFactors(double time, std::vector<double>& out) const {
+void Schedule::unbalanceFactors(double time, double since, std::vector<double>& out) const {
   out.clear();
   for (const auto& f : faults_)
-    if (f.type == FaultType::unbalance_step) out.push_back(faultShare(f, time));
+    if (f.type == FaultType::unbalance_step) out.push_back(faultShare(f, time, since));
 }
 
 double Schedule::current(int axis, double time) const {
   double sum = 0.0;
   for (const auto& e : excitations_)
-    if (e.kind == Excitation::Kind::current && 2 * e.end + e.axis == axis) sum += waveformValue(e, time);
+    if (e.kind == Excitation::Kind::current && 2 * e.end + e.axis == axis) sum += waveformValue(e, time, time);
   return sum;
 }
 
@@ -93,7 +98,7 @@ bool Schedule::bearingOn(int axis, double time) const {
   double latest = -1.0;
   for (const auto& f : faults_) {
     if ((f.type != FaultType::amb_off && f.type != FaultType::amb_on) || !addresses(f, axis)) continue;
-    const double t = time + 1e-12;
+    const double t = time + schedule_tolerance_s;
     if (t < f.start_s) continue;
     const bool ended = f.duration_s > 0.0 && t >= f.start_s + f.duration_s;
     const double when = ended ? f.start_s + f.duration_s : f.start_s;

@@ -22,6 +22,8 @@ ShaftInstant PiecewiseShaft::within(const Piece& p, double time) {
 }
 
 void PiecewiseShaft::append(double time, double slope, double decay, const double* new_speed) {
+  // a change in the middle of another takes its place: what was planned after it is dropped
+  while (pieces_.size() > 1 && pieces_.back().start > time) pieces_.pop_back();
   const ShaftInstant now = within(pieces_.back(), time);
   pieces_.push_back({time, now.angle, new_speed != nullptr ? *new_speed : now.speed, slope, decay});
   times_.push_back(time);

@@ -23,6 +23,7 @@ class EventStepper::System final : public HybridSystem {
 
   void inputs(double time, Inputs<double>& in) const {
     if (machine_.spin() == Spin::prescribed) in.shaft = sim_->drive().shaft(time);
+    in.hold_speed = sim_->drive().hold_speed;
     in.bearing_on[0] = held_->bearing_on[0];
     in.bearing_on[1] = held_->bearing_on[1];
     const auto& track = sim_->track();
@@ -39,8 +40,8 @@ class EventStepper::System final : public HybridSystem {
     }
     const Schedule* schedule = sim_->drive().schedule;
     if (schedule != nullptr) {
-      schedule->forces(time, forces_);
-      schedule->unbalanceFactors(time, factors_);
+      schedule->forces(time, from_, forces_);
+      schedule->unbalanceFactors(time, from_, factors_);
       in.extra_force = forces_.data();
       in.extra_unbalance = factors_.data();
     }

@@ -72,9 +72,11 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
   Drive<double> run_in = drive;
   const ConstantShaft shaft(start.angle, start.speed);
   run_in.path = &shaft;
+  run_in.hold_speed = true;
   run_in.excitation = nullptr;
   run_in.schedule = nullptr;
-  const Simulator<double> sim(machine, run_in, 0.0);
+  Simulator<double> sim(machine, run_in, 0.0);
+  sim.restIntegrators();
   // whole samples before t = 0, so that the controller's instants fall on its grid
   const double rate = machine.ambModel() == AmbModel::linear ? machine.rig().controller.sample_rate_hz : 1e4;
   const double from = -std::ceil(options.settle_s * rate) / rate;
@@ -85,9 +87,8 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
     outcome.status = RunStatus::integration_failed;
     outcome.reason = "run-in: " + stepper.result().reason();
   }
-  for (auto& controller : state.controller) controller.integral = 0.0;
   state.next_record = 0;
-  if (machine.spin() != Spin::prescribed) {  // the run-in may have slowed it down
+  if (machine.spin() != Spin::prescribed) {  // exactly, not to the tolerance of the integration
     state.mechanics[machine.stateSize() - 2] = start.angle;
     state.mechanics[machine.stateSize() - 1] = start.speed;
   }

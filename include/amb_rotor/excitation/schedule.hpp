@@ -12,11 +12,19 @@
 
 namespace amb_rotor {
 
-/// Value of an excitation at a time [N or A].
-double waveformValue(const Excitation& excitation, double time);
+/// Starts and ends are told apart from an instant by this [s]: 0.1 + 0.2 is the instant 0.3.
+constexpr double schedule_tolerance_s = 1e-10;
 
-/// Share of its amount that a fault has at a time, 0..1 (impulse: its half sine).
-double faultShare(const FaultEvent& fault, double time);
+/// Value of an excitation at a time [N or A]. Whether it is on is decided at the instant `since`: between two
+/// instants nothing starts or ends, so an integrator that comes from `since` sees a smooth force up to the next one.
+double waveformValue(const Excitation& excitation, double time, double since);
+inline double waveformValue(const Excitation& excitation, double time) {
+  return waveformValue(excitation, time, time);
+}
+
+/// Share of its amount that a fault has at a time, 0..1 (impulse: its half sine); `since` as above.
+double faultShare(const FaultEvent& fault, double time, double since);
+inline double faultShare(const FaultEvent& fault, double time) { return faultShare(fault, time, time); }
 
 class Schedule {
  public:
@@ -27,10 +35,12 @@ class Schedule {
   const std::vector<double>& forcePlanes() const { return force_planes_; }
   const std::vector<Unbalance<double>>& unbalances() const { return unbalances_; }
 
-  /// Forces at forcePlanes() [N].
-  void forces(double time, std::vector<Vec2<double>>& out) const;
+  /// Forces at forcePlanes() [N] at a time between the instant `since` and the next.
+  void forces(double time, double since, std::vector<Vec2<double>>& out) const;
+  void forces(double time, std::vector<Vec2<double>>& out) const { forces(time, time, out); }
   /// Factors of unbalances().
-  void unbalanceFactors(double time, std::vector<double>& out) const;
+  void unbalanceFactors(double time, double since, std::vector<double>& out) const;
+  void unbalanceFactors(double time, std::vector<double>& out) const { unbalanceFactors(time, time, out); }
   /// Excitation current of an axis (0 ax, 1 ay, 2 bx, 3 by) [A].
   double current(int axis, double time) const;
   /// Offset of a sensor axis [m].

@@ -31,8 +31,8 @@ class ConstantShaft final : public ShaftPath {
 class PiecewiseShaft final : public ShaftPath {
  public:
   PiecewiseShaft(double angle0, double speed0);
-  /// From `time` on (>= the last breakpoint) the speed changes at a constant rate to `speed` over `duration`
-  /// (0: a jump), then stays.
+  /// From `time` on the speed changes at a constant rate to `speed` over `duration` (0: a jump), then stays; what
+  /// was planned after `time` is dropped.
   void rampTo(double time, double speed, double duration);
   /// From `time` on the speed falls as W0/(1 + factor (t - time)).
   void decayFrom(double time, double factor);

@@ -25,6 +25,7 @@ template <class S>
 struct Drive {
   const ShaftPath* path = nullptr;   ///< null: angle0 + speed t, a value for each lane
   S angle0 = S(0.0), speed = S(0.0);         ///< [rad], [rad/s]
+  bool hold_speed = false;           ///< where the spin is a state: the drive keeps it (run-in)
   const HeldExcitation* excitation = nullptr;
   const Schedule* schedule = nullptr;
   S sensor_offset[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< [m]

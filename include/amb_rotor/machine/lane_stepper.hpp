@@ -29,6 +29,7 @@ class LaneStepper {
     const auto& decay = decayOf(sim.track(), 0.5 * h);
     S* y = state.mechanics.data();
     Inputs<S> in;
+    in.hold_speed = sim.drive().hold_speed;
     in.bearing_on[0] = held.bearing_on[0];
     in.bearing_on[1] = held.bearing_on[1];
     const bool prescribed = machine.spin() == Spin::prescribed;
@@ -37,13 +38,13 @@ class LaneStepper {
     const S hs(h), half(0.5 * h), sixth(h / 6.0), two(2.0);
     for (int step = 0; step < steps; ++step) {
       const double t = from + step * h;
-      outside(sim, t, in);
+      outside(sim, t, from, in);
       machine.derivatives(in, y, k1_.data());
       for (int i = 0; i < n; ++i) work_[i] = y[i] + half * k1_[i];
       sim.track().move(decay, held.target, state.current, state.lag.data());
       sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
       if (prescribed) in.shaft = sim.drive().shaft(t + 0.5 * h);
-      outside(sim, t + 0.5 * h, in);
+      outside(sim, t + 0.5 * h, from, in);
       machine.derivatives(in, work_.data(), k2_.data());
       for (int i = 0; i < n; ++i) work_[i] = y[i] + half * k2_[i];
       machine.derivatives(in, work_.data(), k3_.data());
@@ -51,7 +52,7 @@ class LaneStepper {
       sim.track().move(decay, held.target, state.current, state.lag.data());
       sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
       if (prescribed) in.shaft = sim.drive().shaft(t + h);
-      outside(sim, t + h, in);
+      outside(sim, t + h, from, in);
       machine.derivatives(in, work_.data(), k4_.data());
       for (int i = 0; i < n; ++i) y[i] += sixth * (k1_[i] + two * (k2_[i] + k3_[i]) + k4_[i]);
     }
@@ -59,11 +60,11 @@ class LaneStepper {
   }
 
  private:
-  void outside(const Simulator<S>& sim, double time, Inputs<S>& in) {
+  void outside(const Simulator<S>& sim, double time, double since, Inputs<S>& in) {
     const Schedule* schedule = sim.drive().schedule;
     if (schedule == nullptr || (schedule->forcePlanes().empty() && schedule->unbalances().empty())) return;
-    schedule->forces(time, forces_);
-    schedule->unbalanceFactors(time, factors_);
+    schedule->forces(time, since, forces_);
+    schedule->unbalanceFactors(time, since, factors_);
     lane_forces_.resize(forces_.size());
     lane_factors_.resize(factors_.size());
     for (std::size_t i = 0; i < forces_.size(); ++i) lane_forces_[i] = {S(forces_[i].x), S(forces_[i].y)};

@@ -36,6 +36,7 @@ struct ExtraPlanes {
 template <class S>
 struct Inputs {
   Shaft<S> shaft;               ///< ignored where the spin is a state
+  bool hold_speed = false;      ///< where the spin is a state: the drive keeps the speed (run-in)
   Vec2<S> force_current[2];     ///< the current that makes the force, end a, b [A]
   Vec2<S> bearing_on[2] = {{S(1.0), S(1.0)}, {S(1.0), S(1.0)}};  ///< 1 on, 0 off, each axis
   const Vec2<S>* extra_force = nullptr;        ///< one for each ExtraPlanes::force_z_m [N]

@@ -2,7 +2,7 @@
 // Amplifier of one axis: first-order lag behind a limited command that is constant between instants,
 // so its current is known exactly at any time in between:
 //   c = limited(command + excitation),  i(t) = c + (i(t0) - c) exp(-2 pi f (t - t0))
-// Limit: the coils carry bias +- i, each within 0 and the largest current.
+// Limit: the coils carry bias +- i, each within 0 and the largest current (none is left where the bias exceeds it).
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/model/rig.hpp"
 
@@ -14,7 +14,7 @@ class Amplifier {
   Amplifier() = default;
   explicit Amplifier(const Rig<S>& rig)
       : rate_(S(two_pi) * rig.amb.amplifier_bandwidth_hz),
-        limit_(minimum(rig.amb.bias_current_A, rig.amb.max_current_A - rig.amb.bias_current_A)) {}
+        limit_(maximum(minimum(rig.amb.bias_current_A, rig.amb.max_current_A - rig.amb.bias_current_A), S(0.0))) {}
 
   S limited(const S& command) const { return maximum(minimum(command, limit_), -limit_); }
   /// exp(-2 pi f dt), the share of the difference that is left after dt [s].

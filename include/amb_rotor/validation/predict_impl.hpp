@@ -92,6 +92,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   } else {
     Drive<S> run_in = drive;
     ConstantShaft constant(0.0, 0.0);
+    run_in.hold_speed = true;
     run_in.excitation = nullptr;
     run_in.schedule = nullptr;
     for (int a = 0; a < 4; ++a) run_in.sensor_drift[a] = S(0.0);
