@@ -57,12 +57,18 @@ class RotorAssembly final : public RotorPort<S> {
   }
 
   int addPlane(const S& z) override {
-    planes_.push_back({z, false});
+    planes_.push_back({z, false, false});
+    return static_cast<int>(planes_.size()) - 1;
+  }
+  /// The centre of gravity: a free mode of bending moves no mass on the whole, so it neither moves the centre nor
+  /// feels a weight. Rigid modes do.
+  int addCentrePlane() {
+    planes_.push_back({S(0.0), false, true});
     return static_cast<int>(planes_.size()) - 1;
   }
   /// @param first  the rig's first unbalance: its shape is the one an added mode states
   int addUnbalancePlane(const S& z, bool first) {
-    planes_.push_back({z, first});
+    planes_.push_back({z, first, false});
     return static_cast<int>(planes_.size()) - 1;
   }
   void addMode(const S& mass, const S& frequency_hz, const S& damping_ratio, const S shape_amb[2],
@@ -110,14 +116,17 @@ class RotorAssembly final : public RotorPort<S> {
     for (std::size_t p = 0; p < planes_.size(); ++p) {
       std::vector<S> shape(n, S(0.0));
       if (flexible_modes_ > 0) {
-        for (int k = 0; k < base; ++k) shape[k] = tabulated(laneValue(planes_[p].z, 0), k);
+        for (int k = 0; k < base; ++k)
+          if (!planes_[p].centre || isRigid(k)) shape[k] = tabulated(laneValue(planes_[p].z, 0), k);
       } else {
         shape[0] = S(1.0);
         if (!mass_only) shape[1] = planes_[p].z;
       }
       for (std::size_t j = 0; j < modes_.size(); ++j) {
         S& value = shape[base + j];
-        if (p < 6)
+        if (planes_[p].centre)
+          value = S(0.0);
+        else if (p < 6)
           value = modes_[j].shape[p];
         else if (planes_[p].first_unbalance)
           value = modes_[j].unbalance;
@@ -134,10 +143,20 @@ class RotorAssembly final : public RotorPort<S> {
   struct Plane {
     S z;
     bool first_unbalance;
+    bool centre;
   };
   struct Mode {
     S mass, stiffness, damping, shape[6], unbalance;
   };
+
+  /// Whether a mode of a flexible rotor is one of the free body: its frequency is below 1e-4 of the highest, which
+  /// round-off of the eigenvalues does not reach.
+  bool isRigid(int k) const {
+    double highest = 0.0;
+    for (std::size_t l = 0; l < model_.flexible.mass.size(); ++l)
+      highest = std::max(highest, model_.flexible.stiffness[l] / model_.flexible.mass[l]);
+    return model_.flexible.stiffness[k] / model_.flexible.mass[k] <= 1e-8 * highest;
+  }
 
   /// Shape of a flexible mode at z, linear in the table (the table is dense: the rotor layer's shape functions).
   S tabulated(double z, int k) const {

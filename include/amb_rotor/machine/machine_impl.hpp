@@ -56,7 +56,7 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
     unbalance_phase_.emplace_back(unbalance_[i].phase_rad);
   }
   for (double z : extra.force_z_m) extra_force_plane_.push_back(assembly.addPlane(S(z)));
-  cg_plane_ = assembly.addPlane(S(0.0));
+  cg_plane_ = assembly.addCentrePlane();
   rotor_ = assembly.finish();
 
   int offset = 4 * rotor_.modes();
@@ -180,7 +180,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
 
   Shaft<S> shaft = spin_ == Spin::prescribed ? in.shaft : shaftOf(state);
   S spin_torque(0.0);
-  if (spin_ != Spin::prescribed)
+  if (spin_ != Spin::prescribed && !in.hold_speed)
     for (const auto* effect : spinning_) effect->spin(rig_, shaft.speed, shaft.acceleration);
 
   Vec2<S> stator, stator_velocity;
@@ -236,7 +236,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
       seen->ring_speed[end] = angular[end];
     }
   }
-  if (spin_ == Spin::free) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
+  if (spin_ == Spin::free && !in.hold_speed) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
 
   for (std::size_t i = 0; i < unbalance_.size(); ++i) {
     S moment = unbalance_[i].moment_kg_m;
