@@ -1,0 +1,85 @@
+// Branches of periodic motion against closed forms.
+#include "amb_rotor/machine/basic_continuation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "amb_rotor/machine/basic_annular_rub.hpp"
+
+namespace amb_rotor {
+namespace {
+
+const Bifurcation* first(const Branch& branch, BifurcationKind kind) {
+  for (const auto& found : branch.bifurcations) {
+    if (found.kind == kind) return &found;
+  }
+  return nullptr;
+}
+
+TEST(Continuation, FollowsTheAnnularRubRoundItsFold) {
+  ContinuationProblem problem;
+  problem.parameter = "frequency_ratio";
+  ContinuationOptions options;
+  options.from = 1.0;
+  options.to = 4.0;
+  const auto start = problem.machineAt(1.5);
+  const Branch branch =
+      followBranch(problem, options, 1.5, annularRubState(start, annularRubRadii(start).back()), 1);
+  const auto* fold = first(branch, BifurcationKind::fold);
+  ASSERT_NE(fold, nullptr) << branch.ended;
+  const auto folds = annularRubFolds(start, 1.0, 4.0);
+  ASSERT_FALSE(folds.empty());
+  // The parameter is stationary at a fold: bisection of the arc to 1e-9 leaves round-off of the tangent.
+  EXPECT_NEAR(fold->at.parameter, folds.back(), 1e-6);
+  for (const auto& point : branch.points) {
+    // Until the rub loses contact the branch is the closed form's.
+    if (point.contact_fraction < 0.9999) continue;
+    const auto machine = problem.machineAt(point.parameter);
+    const double radius = std::hypot(point.state.x, point.state.y);
+    double nearest = 1.0;
+    for (double r : annularRubRadii(machine)) nearest = std::min(nearest, std::abs(r - radius));
+    EXPECT_LT(nearest, 1e-7) << point.parameter;
+    EXPECT_EQ(point.stable, annularRubStable(machine, radius)) << point.parameter;
+  }
+}
+
+TEST(Continuation, FindsTheBorderOfStabilityInTheFriction) {
+  ContinuationProblem problem;
+  problem.parameter = "friction";
+  problem.parameters = {{"frequency_ratio", 1.05}};
+  ContinuationOptions options;
+  options.from = 0.0;
+  options.to = 0.04;
+  const auto start = problem.machineAt(0.01);
+  const Branch branch =
+      followBranch(problem, options, 0.01, annularRubState(start, annularRubRadii(start).back()), 1);
+  const auto* border = first(branch, BifurcationKind::neimark_sacker);
+  ASSERT_NE(border, nullptr) << branch.ended;
+  // The multiplier's modulus is known to the orbit's tolerance 1e-10, its rate over the friction is near 1.
+  EXPECT_NEAR(border->at.parameter, annularRubFrictionBorder(start), 1e-6);
+}
+
+TEST(Continuation, GrazingIsWhereTheFreeMotionReachesTheClearance) {
+  ContinuationProblem problem;
+  problem.parameter = "eccentricity";
+  problem.parameters = {{"frequency_ratio", 0.8}, {"misalignment", 0.3}};
+  ContinuationOptions options;
+  options.from = 0.0;
+  options.to = 1.0;
+  const double gain = 0.64 / std::abs(std::complex<double>(1.0 - 0.64, 0.0347 * 0.8));
+  const auto machine = problem.machineAt(0.1);
+  BasicLaneOptions run;
+  run.turns_skipped = 400;
+  run.turns_kept = 0;
+  const Branch branch =
+      followBranch(problem, options, 0.1, runBasicLanes({machine}, {{}}, run).end.front(), 1);
+  const auto* grazing = first(branch, BifurcationKind::grazing);
+  ASSERT_NE(grazing, nullptr) << branch.ended;
+  // The free orbit is a circle of radius gain * e about 0; it touches where gain * e + 0.3 = 1. Penetrations
+  // below the orbit's resolution of turning points are passed over: (1e-6)^(1/1).
+  EXPECT_NEAR(grazing->at.parameter, 0.7 / gain, 1e-4);
+}
+
+}  // namespace
+}  // namespace amb_rotor
