@@ -21,7 +21,7 @@ struct SensorRunout {
           {e + "_1x_phase_rad", "rad", -7.0, 7.0, 0.0, 0.0, ParameterRole::phase, "its phase"});
       s.parameters.push_back({e + "_2x_m", "m", 0.0, 1e-4, 1e-6, 0.0, ParameterRole::amplitude, "second harmonic"});
       s.parameters.push_back({e + "_2x_phase_rad", "rad", -7.0, 7.0, 0.0, 0.0, ParameterRole::phase,
-                              "its phase, as shaft angle"});
+                              "its phase, as shaft angle", 2});
     }
     return s;
   }

@@ -23,7 +23,8 @@ class LaneStepper {
                const typename Simulator<S>::Held& held) {
     const Machine<S>& machine = sim.machine();
     const int n = machine.stateSize();
-    const double largest = nearContact(machine, state, to - from) ? contact_ : largest_;
+    const bool near = nearContact(machine, state, to - from);
+    const double largest = near ? contact_ : largest_;
     const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / largest - 1e-6)));
     const double h = (to - from) / steps;
     const auto& decay = decayOf(sim.track(), 0.5 * h);

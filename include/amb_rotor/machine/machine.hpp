@@ -42,6 +42,7 @@ struct Inputs {
   const Vec2<S>* extra_force = nullptr;        ///< one for each ExtraPlanes::force_z_m [N]
   const S* extra_unbalance = nullptr;          ///< factor of each ExtraPlanes::unbalance
   const int* contact_mode = nullptr;           ///< per end: 1 carries, 0 not; null: cut off by sign
+  bool far_from_contact = false;               ///< the caller knows that no end of a lane touches
   const LocalContact<S>* contact = nullptr;    ///< per end: a contact from outside; null: the machine's own
 };
 

@@ -164,6 +164,7 @@ Contact<S> Machine<S>::contactAt(int end, const Vec2<S>& position, const Vec2<S>
     c.normal_force = in.contact_mode[end] != 0 ? n.force : S(0.0);
   else
     c.normal_force = select((c.penetration > S(0.0)), maximum(n.force, S(0.0)), S(0.0));
+  if (!any(c.normal_force > S(0.0))) return c;  // nobody touches: spare the friction
   c.friction_force = c.normal_force * coulombFactor(c.friction_coefficient, c.slip);
   c.force = {-c.normal_force * g.normal.x - c.friction_force * g.normal.y,
              -c.normal_force * g.normal.y + c.friction_force * g.normal.x};
@@ -202,7 +203,9 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   }
 
   S angular[2] = {S(0.0), S(0.0)};
-  for (int end = 0; end < 2; ++end) {
+  // far from contact the bearings only matter where they move by themselves or where somebody looks
+  const bool skip_contact = in.far_from_contact && mount_ == nullptr && ring_ == nullptr && seen == nullptr;
+  for (int end = 0; end < 2 && !skip_contact; ++end) {
     const Vec2<S> position = rotor_.at(plane_aux + end, q);
     const Vec2<S> velocity = rotor_.at(plane_aux + end, v);
     Vec2<S> rest = stator;

@@ -49,6 +49,8 @@ class ModalRotor {
   /// Displacement (or velocity) of a plane; q holds the x coordinates, then the y coordinates.
   Vec2<S> at(int plane, const S* q) const {
     const S* phi = &shapes_[plane * modes_];
+    if (modes_ == 2)  // the rigid beam, the most frequent
+      return {phi[0] * q[0] + phi[1] * q[1], phi[0] * q[2] + phi[1] * q[3]};
     Vec2<S> w{phi[0] * q[0], phi[0] * q[modes_]};
     for (int k = 1; k < modes_; ++k) {
       w.x += phi[k] * q[k];

@@ -1,0 +1,72 @@
+#pragma once
+// The numbers that a fit may change, and the model that belongs to them.
+//
+// Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior. An effect's parameters:
+// positive ones with a lower limit above 0 by their logarithm, an amplitude with its phase as a vector
+// (a cos h p, a sin h p), h the phase's harmonic, all others as they are.
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/model/model.hpp"
+
+namespace amb_rotor {
+
+struct Coordinate {
+  std::string name;      ///< rotor.mass_kg, sensor_runout.a_1x_m ...
+  double scale = 1.0;    ///< a change of this size counts; finite differences take a share of it
+  double lower = -1e300, upper = 1e300;
+  double prior_std = 0.0;   ///< 0: none
+  double prior_mean = 0.0;
+};
+
+/// A parameter with its standard deviation, as written into a diagnosis.
+struct FittedParameter {
+  std::string name, unit;
+  double value = 0.0, std = 0.0;
+};
+
+class FitSpace {
+ public:
+  /// @param belief    the rig as its owner believes, with the effects that its model file already has (these stay)
+  /// @param fitted    effects whose parameters are to be fitted, with the values to start from
+  FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted);
+
+  int size() const { return static_cast<int>(coordinates_.size()); }
+  int nuisances() const { return nuisances_; }
+  const std::vector<Coordinate>& coordinates() const { return coordinates_; }
+  const Eigen::VectorXd& start() const { return start_; }
+  /// Model at a point; coordinates beyond their limits are taken at the limit.
+  Model model(const Eigen::VectorXd& x) const;
+  /// Nuisance values with their standard deviations from a covariance of the coordinates.
+  std::vector<FittedParameter> nuisanceValues(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance) const;
+  /// Parameters of one fitted effect (its place in `fitted`), by error propagation to value and phase.
+  std::vector<FittedParameter> effectValues(int place, const Eigen::VectorXd& x,
+                                            const Eigen::MatrixXd& covariance) const;
+  const std::vector<EffectSetting>& fitted() const { return fitted_; }
+  Eigen::VectorXd clamped(Eigen::VectorXd x) const;
+  /// Number of the parameters of the fitted effects.
+  int effectCoordinates() const { return size() - nuisances_; }
+
+ private:
+  enum class Kind { plain, logarithm, vector_cosine, vector_sine };
+  struct Slot {
+    int effect, parameter, coordinate;
+    Kind kind;
+    int harmonic;
+    int phase_parameter;  ///< of a vector: where its phase stands
+  };
+  std::vector<double> values(int place, const Eigen::VectorXd& x) const;
+
+  Model belief_;
+  std::vector<EffectSetting> fitted_;
+  std::vector<Coordinate> coordinates_;
+  std::vector<Slot> slots_;
+  Eigen::VectorXd start_;
+  int nuisances_ = 0;
+};
+
+/// Whether a name of `uncertainty` is one of the machine (sensor.* are of the recordings).
+bool isMachineUncertainty(const std::string& name);
+
+}  // namespace amb_rotor

@@ -1,0 +1,38 @@
+#pragma once
+// One run of a data set, made ready to be predicted: channels side by side, noise, shaft angle, excitation, events.
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/analysis/tacho.hpp"
+#include "amb_rotor/excitation/schedule.hpp"
+#include "amb_rotor/validation/dataset.hpp"
+#include "amb_rotor/validation/predict.hpp"
+
+namespace amb_rotor {
+
+struct Recording {
+  Run run;
+  long samples = 0;
+  std::vector<double> measured;         ///< samples * predicted_channels, as a prediction
+  std::array<double, predicted_channels> noise{};   ///< of a residual [m or A]; 0: the channel is not there
+  HeldExcitation excitation;
+  Schedule schedule;                    ///< bearings off and on
+  bool standstill = false;              ///< the tacho tells no angle
+  double angle0_rad = 0.0, speed_rad_s = 0.0;       ///< at t = 0, of a constant speed: from the first turns
+  std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
+  TachoPulses pulses;
+  std::vector<std::string> remarks;     ///< what is odd in the data: dropouts, missing pulses, saturation
+
+  double duration() const { return samples / run.sample_rate_hz; }
+  bool holdsContact() const { return run.holdsContact(); }
+  /// Angle and speed at t = 0 that fit the first turns when the shaft slows down at a known rate [rad/s^2].
+  void startOfSpin(double deceleration, double& angle0, double& speed) const;
+};
+
+/// Reads and prepares all runs of a data set.
+std::vector<Recording> prepareRecordings(const Dataset& dataset);
+Recording prepareRecording(const Dataset& dataset, const Run& run);
+
+}  // namespace amb_rotor

@@ -1,0 +1,177 @@
+#include "amb_rotor/validation/coordinates.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/check.hpp"
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Absolute uncertainties; all others are relative to the believed value.
+bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad"; }
+
+}  // namespace
+
+bool isMachineUncertainty(const std::string& name) { return name.rfind("sensor.", 0) != 0; }
+
+FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted) : belief_(belief), fitted_(fitted) {
+  std::vector<double> start;
+  // nuisance, in the order of the rig's fields; an entry of the unbalance list each has its own
+  Rig<double>::visit(belief_.rig, [&](const char* name, const double& value) {
+    const auto found = belief_.uncertainty.find(name);
+    if (found == belief_.uncertainty.end()) return;
+    const double std = isAbsolute(name) ? found->second : std::fabs(found->second * value);
+    if (std <= 0.0) return;
+    Coordinate c;
+    c.name = name;
+    c.scale = std;
+    c.prior_std = std;
+    c.prior_mean = value;
+    if (!isAbsolute(name)) {
+      c.lower = value * 0.05;
+      c.upper = value * 20.0;
+      if (value < 0.0) std::swap(c.lower, c.upper);
+    }
+    coordinates_.push_back(c);
+    start.push_back(value);
+  });
+  nuisances_ = static_cast<int>(coordinates_.size());
+
+  for (std::size_t e = 0; e < fitted_.size(); ++e) {
+    const EffectSchema* schema = effectCatalogue().find(fitted_[e].id);
+    AMB_ROTOR_CHECK(schema != nullptr, "unknown effect " + fitted_[e].id);
+    const auto& parameters = schema->parameters;
+    const int place = static_cast<int>(e);
+    for (int i = 0; i < static_cast<int>(parameters.size()); ++i) {
+      const auto& p = parameters[i];
+      const double value = fitted_[e].values[i];
+      Coordinate c;
+      c.name = schema->id + "." + p.name;
+      c.scale = std::fabs(p.typical) > 0.0 ? std::fabs(p.typical) : 1.0;
+      c.lower = p.lower;
+      c.upper = p.upper;
+      if (p.role == ParameterRole::fixed) continue;
+      const bool vector_next = p.role == ParameterRole::amplitude && i + 1 < static_cast<int>(parameters.size()) &&
+                               parameters[i + 1].role == ParameterRole::phase && p.lower >= 0.0 &&
+                               (i == 0 || parameters[i - 1].role != ParameterRole::amplitude);
+      if (vector_next) {
+        const double phase = fitted_[e].values[i + 1] * parameters[i + 1].harmonic;
+        c.lower = -p.upper;
+        c.upper = p.upper;
+        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::vector_cosine,
+                          parameters[i + 1].harmonic, i + 1});
+        coordinates_.push_back(c);
+        start.push_back(value * std::cos(phase));
+        c.name = schema->id + "." + parameters[i + 1].name;
+        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::vector_sine,
+                          parameters[i + 1].harmonic, i + 1});
+        coordinates_.push_back(c);
+        start.push_back(value * std::sin(phase));
+        ++i;  // the phase went with it
+        continue;
+      }
+      if (p.lower > 0.0) {
+        c.lower = std::log(p.lower);
+        c.upper = std::log(p.upper);
+        c.scale = 0.1;
+        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::logarithm, 1, -1});
+        coordinates_.push_back(c);
+        start.push_back(std::log(std::max(value, p.lower)));
+      } else {
+        if (p.role == ParameterRole::phase) c.scale = 0.2;
+        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::plain, 1, -1});
+        coordinates_.push_back(c);
+        start.push_back(value);
+      }
+    }
+  }
+  start_ = Eigen::Map<Eigen::VectorXd>(start.data(), static_cast<long>(start.size()));
+}
+
+Eigen::VectorXd FitSpace::clamped(Eigen::VectorXd x) const {
+  for (int i = 0; i < size(); ++i) x[i] = std::min(std::max(x[i], coordinates_[i].lower), coordinates_[i].upper);
+  return x;
+}
+
+std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const {
+  std::vector<double> v = fitted_[place].values;
+  for (const Slot& slot : slots_) {
+    if (slot.effect != place) continue;
+    const double at = x[slot.coordinate];
+    switch (slot.kind) {
+      case Kind::plain: v[slot.parameter] = at; break;
+      case Kind::logarithm: v[slot.parameter] = std::exp(at); break;
+      case Kind::vector_cosine: {
+        const double sine = x[slot.coordinate + 1];
+        v[slot.parameter] = std::hypot(at, sine);
+        v[slot.phase_parameter] = (at != 0.0 || sine != 0.0) ? std::atan2(sine, at) / slot.harmonic : 0.0;
+        break;
+      }
+      case Kind::vector_sine: break;
+    }
+  }
+  return v;
+}
+
+Model FitSpace::model(const Eigen::VectorXd& at) const {
+  const Eigen::VectorXd x = clamped(at);
+  Model model = belief_;
+  int next = 0;
+  Rig<double>::visit(model.rig, [&](const char* name, double& value) {
+    if (next < nuisances_ && coordinates_[next].name == name) value = x[next++];
+  });
+  for (std::size_t e = 0; e < fitted_.size(); ++e) {
+    EffectSetting setting{fitted_[e].id, values(static_cast<int>(e), x)};
+    const auto there = std::find_if(model.effects.begin(), model.effects.end(),
+                                    [&](const EffectSetting& s) { return s.id == setting.id; });
+    if (there != model.effects.end())
+      *there = setting;
+    else
+      model.effects.push_back(setting);
+  }
+  return model;
+}
+
+std::vector<FittedParameter> FitSpace::nuisanceValues(const Eigen::VectorXd& x,
+                                                      const Eigen::MatrixXd& covariance) const {
+  std::vector<FittedParameter> out;
+  for (int i = 0; i < nuisances_; ++i)
+    out.push_back({coordinates_[i].name, "", x[i], std::sqrt(std::max(0.0, covariance(i, i)))});
+  return out;
+}
+
+std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::VectorXd& at,
+                                                    const Eigen::MatrixXd& covariance) const {
+  const Eigen::VectorXd x = clamped(at);
+  const EffectSchema& schema = *effectCatalogue().find(fitted_[place].id);
+  const std::vector<double> v = values(place, x);
+  std::vector<FittedParameter> out;
+  for (std::size_t i = 0; i < schema.parameters.size(); ++i)
+    out.push_back({schema.parameters[i].name, schema.parameters[i].unit, v[i], 0.0});
+  for (const Slot& slot : slots_) {
+    if (slot.effect != place) continue;
+    const int c = slot.coordinate;
+    const double variance = std::max(0.0, covariance(c, c));
+    switch (slot.kind) {
+      case Kind::plain: out[slot.parameter].std = std::sqrt(variance); break;
+      case Kind::logarithm: out[slot.parameter].std = v[slot.parameter] * std::sqrt(variance); break;
+      case Kind::vector_cosine: {
+        const double a = std::max(v[slot.parameter], 1e-300);
+        const double cs = x[c] / a, sn = x[c + 1] / a;
+        const double radial = cs * cs * variance + sn * sn * covariance(c + 1, c + 1) + 2 * cs * sn * covariance(c, c + 1);
+        const double across = sn * sn * variance + cs * cs * covariance(c + 1, c + 1) - 2 * cs * sn * covariance(c, c + 1);
+        out[slot.parameter].std = std::sqrt(std::max(0.0, radial));
+        out[slot.phase_parameter].std =
+            std::min(pi, std::sqrt(std::max(0.0, across)) / a) / slot.harmonic;
+        break;
+      }
+      case Kind::vector_sine: break;
+    }
+  }
+  return out;
+}
+
+}  // namespace amb_rotor

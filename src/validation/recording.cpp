@@ -1,0 +1,116 @@
+#include "amb_rotor/validation/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Turns at the start of a run of constant speed that fix its angle and speed.
+constexpr int turns_at_start = 8;
+/// The belief of the speed helps where few turns were recorded; this is how far it may be off.
+constexpr double believed_speed_std = 0.01;
+
+/// The path of a driven shaft through the pulses of its tacho.
+class TachoPath final : public ShaftPath {
+ public:
+  explicit TachoPath(const TachoPulses& pulses) : angle_(pulses) {}
+  ShaftInstant at(double time) const override {
+    return {angle_.angle(time), angle_.speed(time), angle_.acceleration(time)};
+  }
+
+ private:
+  ShaftAngle angle_;
+};
+
+std::vector<FaultEvent> bearingFaults(const Run& run) {
+  std::vector<FaultEvent> faults;
+  for (const auto& event : run.events) {
+    FaultEvent fault;
+    fault.type = event.amb_on ? FaultType::amb_on : FaultType::amb_off;
+    fault.start_s = event.time_s;
+    faults.push_back(fault);
+  }
+  return faults;
+}
+
+}  // namespace
+
+void Recording::startOfSpin(double deceleration, double& angle0, double& speed) const {
+  angle0 = angle0_rad;
+  speed = speed_rad_s;
+  if (standstill || deceleration == 0.0 || pulses.time.size() < 2) return;
+  // least squares of angle + deceleration t^2/2 over the same pulses: a straight line again
+  const std::size_t n = std::min<std::size_t>(pulses.time.size(), turns_at_start + 1);
+  double st = 0, sa = 0, stt = 0, sta = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = pulses.time[i];
+    const double a = two_pi * static_cast<double>(pulses.turn[i]) + 0.5 * deceleration * t * t;
+    st += t;
+    sa += a;
+    stt += t * t;
+    sta += t * a;
+  }
+  speed = (n * sta - st * sa) / (n * stt - st * st);
+  angle0 = (sa - speed * st) / n;
+}
+
+Recording prepareRecording(const Dataset& dataset, const Run& run) {
+  Recording rec;
+  rec.run = run;
+  const RunTable table = readRun(dataset, run);
+  rec.samples = static_cast<long>(table.time_s.size());
+  rec.measured.assign(rec.samples * predicted_channels, 0.0);
+  rec.excitation.rate_hz = run.sample_rate_hz;
+  for (int a = 0; a < 4; ++a) {
+    const Channel* displacement = dataset.findChannel(ChannelMeaning::displacement, a);
+    const Channel* current = dataset.findChannel(ChannelMeaning::control_current, a);
+    if (displacement != nullptr && !table.displacement_m[a].empty()) {
+      rec.noise[a] = displacement->noise();
+      for (long i = 0; i < rec.samples; ++i) rec.measured[i * predicted_channels + a] = table.displacement_m[a][i];
+    }
+    if (current != nullptr && !table.current_A[a].empty()) {
+      rec.noise[4 + a] = current->noise();
+      for (long i = 0; i < rec.samples; ++i) rec.measured[i * predicted_channels + 4 + a] = table.current_A[a][i];
+    }
+    rec.excitation.axis[a] = table.excitation_A[a];
+  }
+  rec.schedule = Schedule({}, bearingFaults(run));
+  const Channel* tacho = dataset.findChannel(ChannelMeaning::tacho);
+  if (tacho != nullptr && !table.tacho.empty()) {
+    TachoOptions options;
+    options.threshold = tacho->threshold;
+    rec.pulses = findPulses(table.time_s, table.tacho, options);
+    for (const auto& fault : rec.pulses.faults) rec.remarks.push_back(fault.text());
+  }
+  const bool believed_turning = run.speed_from_tacho || run.speed_hz != 0.0;
+  if (!believed_turning || rec.pulses.state != TachoState::turning) {
+    rec.standstill = !believed_turning;
+    rec.speed_rad_s = radPerSecond(run.speed_from_tacho ? 0.0 : run.speed_hz);
+    if (believed_turning) rec.remarks.push_back("the tacho shows no turning, the belief does");
+    return rec;
+  }
+  if (run.speed_from_tacho) {
+    rec.path = std::make_shared<TachoPath>(rec.pulses);
+    const ShaftInstant start = rec.path->at(0.0);
+    rec.angle0_rad = start.angle;
+    rec.speed_rad_s = start.speed;
+  } else {
+    const SpeedFit fit = fitSpeed(rec.pulses, turns_at_start);
+    rec.speed_rad_s = fit.valid ? fit.speed : radPerSecond(run.speed_hz);
+    rec.angle0_rad = -rec.speed_rad_s * (fit.valid ? fit.reference_time : rec.pulses.time.front());
+    if (std::fabs(rec.speed_rad_s / radPerSecond(run.speed_hz) - 1.0) > believed_speed_std)
+      rec.remarks.push_back("the tacho's speed differs from the believed one by more than 1 %");
+  }
+  return rec;
+}
+
+std::vector<Recording> prepareRecordings(const Dataset& dataset) {
+  std::vector<Recording> recordings;
+  for (const Run& run : dataset.runs) recordings.push_back(prepareRecording(dataset, run));
+  return recordings;
+}
+
+}  // namespace amb_rotor
