@@ -1,0 +1,6 @@
+#include "amb_rotor/ros/node_setup.hpp"
+#include "amb_rotor/ros/partner_nodes.hpp"
+
+int main(int argc, char** argv) {
+  return amb_rotor::runNode<amb_rotor::AmbController>(argc, argv, "amb_controller");
+}

@@ -1,0 +1,3 @@
+#include "amb_rotor/ros/recorder.hpp"
+
+int main(int argc, char** argv) { return amb_rotor::runRecorder(argc, argv); }
