@@ -34,7 +34,7 @@ void PiecewiseShaft::rampTo(double time, double speed, double duration) {
     append(time, 0.0, 0.0, &speed);
     return;
   }
-  const double now = within(pieces_.back(), time).speed;
+  const double now = at(time).speed;
   append(time, (speed - now) / duration, 0.0, nullptr);
   append(time + duration, 0.0, 0.0, &speed);
 }

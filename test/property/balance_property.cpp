@@ -1,0 +1,206 @@
+// Energy and angular momentum of the complete machine over a drop with more than 100 impacts: gravity, compliant
+// mounts, ring spin-up, a free spin, friction and contact damping. What is dissipated is integrated beside the state.
+#include <gtest/gtest.h>
+
+#include "../support/models.hpp"
+#include "amb_rotor/integration/event_integrator.hpp"
+
+namespace amb_rotor {
+namespace {
+
+using namespace testing_support;
+
+struct Numbers {
+  double mass = 3.36, inertia = 0.017, polar = 1e-3, gravity = 9.81, clearance = 0.2e-3, radius = 0.012;
+  double contact = 3.38e7, contact_damping = 20.0, friction = 0.05;
+  double mount = 2e7, mount_damping = 30.0, mount_mass = 0.07;
+  double ring = 1e-5, drag = 0.0005;
+};
+
+Model dropped(const Numbers& n, RotorModel rotor) {
+  Model model = springBeam(0.0, 0.0);  // no magnetic bearings
+  model.rotor_model = rotor;
+  model.rig.rotor.polar_inertia_kg_m2 = n.polar;
+  model.rig.gravity_m_s2 = n.gravity;
+  model.rig.auxiliary_bearing.stiffness_N_per_m = n.contact;
+  model.rig.auxiliary_bearing.damping_N_s_per_m = n.contact_damping;
+  model.rig.auxiliary_bearing.friction_coefficient = n.friction;
+  model = with(model, "compliant_mount", {n.mount, n.mount_damping, n.mount_mass});
+  return with(model, "inner_ring_spin", {n.ring, n.drag});
+}
+
+/// The machine with two more states: energy that went, and outer torque times time.
+struct Balanced final : HybridSystem {
+  const Machine<double>& machine;
+  const Numbers& n;
+  int modes, states, mode[2] = {0, 0};
+  long touches = 0;
+  double lost_at_events = 0.0;
+  explicit Balanced(const Machine<double>& m, const Numbers& numbers)
+      : machine(m), n(numbers), modes(m.rotor().modes()), states(m.stateSize()) {}
+
+  int mountAt() const { return 4 * modes; }
+  int ringAt() const { return 4 * modes + 8; }
+  int size() const override { return states + 2; }
+  int guards() const override { return 2; }
+  void guardValues(double, const double* y, double* g) const override {
+    for (int end = 0; end < 2; ++end) {
+      const double inside = machine.contactGuard(end, y);
+      g[end] = mode[end] != 0 ? inside : -inside;
+    }
+  }
+  Inputs<double> inputs() const {
+    Inputs<double> in;
+    in.contact_mode = mode;
+    return in;
+  }
+  double elastic(int end, const double* y) const {
+    Observation<double> seen;
+    machine.observe(inputs(), y, nullptr, seen);
+    const double d = seen.contact[end].penetration;
+    return 0.5 * n.contact * d * d;
+  }
+  void onEvent(int end, double, double* y) override {
+    // a damped contact parts while it is still pressed in: what the spring held is lost (and the other way round)
+    mode[end] = 1 - mode[end];
+    lost_at_events += (mode[end] == 0 ? 1.0 : -1.0) * elastic(end, y);
+    touches += mode[end];
+  }
+  void derivatives(double, const double* y, double* rate) const override {
+    Observation<double> seen;
+    machine.observe(inputs(), y, rate, seen);
+    double power = 0.0, torque = -n.mass * n.gravity * y[0];
+    for (int end = 0; end < 2; ++end) {
+      const auto& c = seen.contact[end];
+      const double* b = y + mountAt() + 4 * end;
+      const double ring = y[ringAt() + end];
+      if (mode[end] != 0) power += n.contact_damping * c.rate * c.rate;
+      power -= c.friction_force * c.slip;
+      power += n.mount_damping * (b[2] * b[2] + b[3] * b[3]) + n.drag * std::tanh(ring) * ring;
+      torque -= n.mount_damping * (b[0] * b[3] - b[1] * b[2]) + n.drag * std::tanh(ring);
+      // the arms of the friction on rotor and ring, radius and radius plus clearance, differ from the distance of
+      // the centres by the penetration: a torque that the model makes from nothing (section 5 of doc/physics.md)
+      torque += c.friction_force * c.penetration;
+    }
+    rate[states] = power;
+    rate[states + 1] = torque;
+  }
+  double energy(const double* y) const {
+    const double mass[2] = {n.mass, n.inertia};
+    double sum = n.mass * n.gravity * y[modes];
+    for (int k = 0; k < modes; ++k)
+      sum += 0.5 * mass[k] * (y[2 * modes + k] * y[2 * modes + k] + y[3 * modes + k] * y[3 * modes + k]);
+    for (int end = 0; end < 2; ++end) {
+      const double* b = y + mountAt() + 4 * end;
+      sum += 0.5 * n.mount * (b[0] * b[0] + b[1] * b[1]) + 0.5 * n.mount_mass * (b[2] * b[2] + b[3] * b[3]);
+      sum += 0.5 * n.ring * y[ringAt() + end] * y[ringAt() + end];
+      if (mode[end] != 0) sum += elastic(end, y);
+    }
+    return sum + 0.5 * n.polar * y[states - 1] * y[states - 1];
+  }
+  double angularMomentum(const double* y) const {  // of a rigid mass
+    double sum = n.mass * (y[0] * y[3] - y[1] * y[2]) + n.polar * y[states - 1];
+    for (int end = 0; end < 2; ++end) {
+      const double* b = y + mountAt() + 4 * end;
+      sum += n.mount_mass * (b[0] * b[3] - b[1] * b[2]) + n.ring * y[ringAt() + end];
+    }
+    return sum;
+  }
+};
+
+void run(Balanced& system, std::vector<double>& y, double speed, double span) {
+  IntegratorOptions options;
+  options.relative_tolerance = 1e-11;
+  options.absolute.assign(system.size(), 1e-2);
+  for (int i = 0; i < 2 * system.modes; ++i) options.absolute[i] = 1e-5;
+  for (int end = 0; end < 2; ++end)
+    for (int i = 0; i < 2; ++i) options.absolute[system.mountAt() + 4 * end + i] = 1e-6;
+  options.absolute[system.states] = options.absolute[system.states + 1] = 1e-4;
+  options.largest_step = 1e-3;
+  EventIntegrator integrator(system, options);
+  system.machine.initialise(y.data());
+  y[system.states - 1] = speed;
+  const auto result = integrator.advance(0.0, span, y.data());
+  ASSERT_EQ(result.status, IntegrationStatus::ok) << result.reason();
+}
+
+TEST(BalanceProperty, EnergyOfADropWithRingAndFreeSpin) {
+  const Numbers n;
+  const Model model = dropped(n, RotorModel::rigid_beam);
+  const Machine<double> machine({&model}, Spin::free);
+  Balanced system(machine, n);
+  std::vector<double> y(system.size(), 0.0), start;
+  y[1] = 1e-4;   // tilted, so that the ends touch apart
+  y[4] = 0.01;   // thrown sideways
+  const double speed = 60.0;
+  y[system.states - 1] = speed;
+  std::vector<double> begin = y;
+  machine.initialise(begin.data());
+  begin[system.states - 1] = speed;
+  const double before = system.energy(begin.data());
+  run(system, y, speed, 0.8);
+  EXPECT_GE(system.touches, 100);
+  const double dissipated = y[system.states] + system.lost_at_events;
+  const double after = system.energy(y.data());
+  EXPECT_GT(dissipated, 0.01 * before) << "friction and ring have done something";
+  EXPECT_GT(y[system.ringAt()], 1.0) << "the ring turns";
+  EXPECT_LT(y[system.states - 1], speed) << "the rotor slows down";
+  // asked for: 1e-6 of the initial energy
+  EXPECT_NEAR((after + dissipated) / before, 1.0, 1e-6);
+  // and to 1e-4 of what the fall itself brings, which is 1/270 of it
+  EXPECT_NEAR(after + dissipated, before, 1e-4 * n.mass * n.gravity * n.clearance);
+}
+
+TEST(BalanceProperty, AngularMomentumOfADropWithRingAndFreeSpin) {
+  const Numbers n;
+  const Model model = dropped(n, RotorModel::rigid_mass);
+  const Machine<double> machine({&model}, Spin::free);
+  Balanced system(machine, n);
+  std::vector<double> y(system.size(), 0.0);
+  const double speed = 60.0;
+  y[2] = 0.02;
+  const double before = n.polar * speed;
+  run(system, y, speed, 0.8);
+  EXPECT_GE(system.touches, 100);
+  EXPECT_GT(y[system.ringAt()], 1.0);
+  EXPECT_NEAR((system.angularMomentum(y.data()) - y[system.states + 1]) / before, 1.0, 1e-6);
+}
+
+TEST(BalanceProperty, NoDampingAndNoFrictionKeepTheEnergy) {
+  Numbers n;
+  n.contact_damping = n.friction = n.mount_damping = n.drag = 0.0;
+  const Model model = dropped(n, RotorModel::rigid_beam);
+  const Machine<double> machine({&model}, Spin::free);
+  Balanced system(machine, n);
+  std::vector<double> y(system.size(), 0.0);
+  y[1] = 1e-4;
+  y[4] = 0.01;
+  run(system, y, 0.0, 0.8);
+  EXPECT_GE(system.touches, 100);
+  const double before = 0.5 * n.mass * 0.01 * 0.01;
+  const double scale = n.mass * n.gravity * n.clearance;
+  EXPECT_NEAR(system.energy(y.data()), before, 1e-6 * scale);
+  EXPECT_NEAR(system.lost_at_events, 0.0, 1e-9 * scale);
+}
+
+TEST(BalanceProperty, GyroscopicMomentTakesNoPower) {
+  Model model = springBeam(2e5, 0.0);
+  model = with(model, "gyroscopic_coupling", {0.02});
+  const Machine<double> machine({&model});
+  double y[8] = {1e-5, 2e-4, 3e-5, -1e-4, 0.01, -0.2, 0.3, 0.5}, rate[8];
+  Inputs<double> in;
+  in.shaft = Shaft<double>::at(0.0, 900.0, 0.0);
+  machine.derivatives(in, y, rate);
+  // kinetic and bearing energy together do not change: mass times velocity times acceleration plus K y . v
+  const double stiffness = 2.0 * 2e5, tilting = 2.0 * 2e5 * 0.096 * 0.096;
+  double power = 0.0, scale = 0.0;
+  const double mass[4] = {3.36, 0.017, 3.36, 0.017}, spring[4] = {stiffness, tilting, stiffness, tilting};
+  for (int i = 0; i < 4; ++i) {
+    power += mass[i] * y[4 + i] * rate[4 + i] + spring[i] * y[i] * y[4 + i];
+    scale += std::fabs(mass[i] * y[4 + i] * rate[4 + i]);
+  }
+  EXPECT_NEAR(power, 0.0, 1e-13 * scale);
+}
+
+}  // namespace
+}  // namespace amb_rotor
