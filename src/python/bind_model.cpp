@@ -1,0 +1,136 @@
+// amb_rotor._core: models, effects, scenarios.
+#include <sstream>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/model_hash.hpp"
+#include "amb_rotor/model/model_reader.hpp"
+#include "amb_rotor/model/model_rules.hpp"
+#include "amb_rotor/model/model_writer.hpp"
+#include "amb_rotor/model/overrides.hpp"
+#include "amb_rotor/model/scenario_reader.hpp"
+#include "bind.hpp"
+
+namespace py = pybind11;
+
+namespace amb_rotor {
+namespace {
+
+py::dict schemaDict(const EffectSchema& schema) {
+  py::dict d;
+  py::list parameters;
+  for (const auto& p : schema.parameters) {
+    py::dict row;
+    row["name"] = p.name;
+    row["unit"] = p.unit;
+    row["lower"] = p.lower;
+    row["upper"] = p.upper;
+    row["typical"] = p.typical;
+    row["meaning"] = p.meaning;
+    row["fixed"] = p.role == ParameterRole::fixed;
+    parameters.append(row);
+  }
+  d["id"] = schema.id;
+  d["summary"] = schema.summary;
+  d["excited_by"] = schema.excited_by;
+  d["needs_contact"] = schema.needs_contact;
+  d["parameters"] = parameters;
+  return d;
+}
+
+const EffectSchema& requireEffect(const std::string& id) {
+  const EffectSchema* schema = effectCatalogue().find(id);
+  if (schema == nullptr) throw InputError({{"", 0, "effect", id, "there is no effect of this name"}});
+  return *schema;
+}
+
+py::list effectList(const Model& model) {
+  py::list effects;
+  for (const auto& setting : model.effects) {
+    const EffectSchema& schema = requireEffect(setting.id);
+    py::dict parameters, entry;
+    for (std::size_t i = 0; i < setting.values.size(); ++i)
+      parameters[py::str(schema.parameters[i].name)] = setting.values[i];
+    entry["effect"] = setting.id;
+    entry["parameters"] = parameters;
+    effects.append(entry);
+  }
+  return effects;
+}
+
+Model withEffect(Model model, const std::string& id, const std::map<std::string, double>& parameters) {
+  const EffectSchema& schema = requireEffect(id);
+  EffectSetting setting{id, {}};
+  std::vector<Fault> faults;
+  for (const auto& p : schema.parameters) {
+    const auto found = parameters.find(p.name);
+    if (found == parameters.end())
+      faults.push_back({"", 0, "effects." + id + "." + p.name, "", "the parameter is missing"});
+    else
+      setting.values.push_back(found->second);
+  }
+  for (const auto& [name, value] : parameters)
+    if (schema.indexOf(name) < 0) faults.push_back({"", 0, "effects." + id + "." + name, "", "no such parameter"});
+  if (!faults.empty()) throw InputError(faults);
+  auto& effects = model.effects;
+  for (std::size_t i = effects.size(); i-- > 0;)
+    if (effects[i].id == id) effects.erase(effects.begin() + static_cast<long>(i));
+  effects.push_back(setting);
+  requireValid(model, effectCatalogue());
+  return model;
+}
+
+Model withoutEffect(Model model, const std::string& id) {
+  auto& effects = model.effects;
+  for (std::size_t i = effects.size(); i-- > 0;)
+    if (effects[i].id == id) effects.erase(effects.begin() + static_cast<long>(i));
+  return model;
+}
+
+}  // namespace
+
+void bindModel(py::module_& m) {
+  py::class_<Model>(m, "Model", "A model, format amb-model/1: a rig, a rotor model, a list of effects.")
+      .def_readwrite("name", &Model::name)
+      .def_readwrite("revision", &Model::revision)
+      .def_readonly("uncertainty", &Model::uncertainty)
+      .def_property_readonly("rotor_model", [](const Model& model) { return rotorModelName(model.rotor_model); })
+      .def_property_readonly("amb_model", [](const Model& model) { return ambModelName(model.amb_model); })
+      .def_property_readonly("effects", &effectList)
+      .def_property_readonly("text", [](const Model& model) { return modelText(model, effectCatalogue()); })
+      .def_property_readonly("hash", [](const Model& model) { return modelHash(model, effectCatalogue()); })
+      .def_property_readonly("fields",
+                             [](Model& model) {
+                               py::dict fields;
+                               for (const auto& field : modelFields(model, effectCatalogue()))
+                                 fields[py::str(field.path)] = *field.value;
+                               return fields;
+                             })
+      .def("with_overrides",
+           [](Model model, const std::vector<std::string>& overrides) {
+             applyOverrides(model, overrides, effectCatalogue());
+             return model;
+           })
+      .def("with_effect", &withEffect, py::arg("effect"), py::arg("parameters"))
+      .def("without_effect", &withoutEffect, py::arg("effect"))
+      .def("write", [](const Model& model, const std::string& path) { writeModel(model, effectCatalogue(), path); });
+  m.def("read_model", [](const std::string& path) { return readModel(path, effectCatalogue()); }, py::arg("path"));
+  m.def("parse_model",
+        [](const std::string& text, const std::string& name) { return parseModel(text, name, effectCatalogue()); },
+        py::arg("text"), py::arg("name"));
+  m.def("effect_catalogue", [] {
+    py::list all;
+    for (const auto& schema : effectCatalogue().all()) all.append(schemaDict(schema));
+    return all;
+  });
+
+  py::class_<Scenario>(m, "Scenario", "What is done to a machine in a run, format amb-scenario/1.")
+      .def_readonly("name", &Scenario::name)
+      .def_readwrite("duration_s", &Scenario::duration_s)
+      .def_readwrite("record_rate_hz", &Scenario::record_rate_hz)
+      .def_property_readonly("speed_hz", [](const Scenario& s) { return s.speed.start_hz; })
+      .def_property_readonly("text", [](const Scenario& s) { return scenarioText(s); });
+  m.def("read_scenario", &readScenario, py::arg("path"));
+  m.def("parse_scenario", &parseScenario, py::arg("text"), py::arg("name"));
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,32 @@
+// amb_rotor._core: the core for Python. One bind function a file.
+#include "bind.hpp"
+
+namespace py = pybind11;
+
+namespace {
+
+/// The core's InputError as amb_rotor.errors.InputError, fault by fault.
+void raiseInputError(const amb_rotor::InputError& error) {
+  py::list faults;
+  for (const auto& fault : error.faults()) faults.append(fault.text());
+  const py::object type = py::module_::import("amb_rotor.errors").attr("InputError");
+  PyErr_SetObject(type.ptr(), type(faults).ptr());
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, m) {
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const amb_rotor::InputError& error) {
+      raiseInputError(error);
+    }
+  });
+  amb_rotor::bindModel(m);
+  amb_rotor::bindSimulate(m);
+  amb_rotor::bindAnalysis(m);
+  amb_rotor::bindModes(m);
+  amb_rotor::bindValidation(m);
+  amb_rotor::bindSweep(m);
+}
