@@ -1,6 +1,8 @@
 #include "amb_rotor/rotor/balanced_truncation.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <cmath>
 #include <string>
 
@@ -17,10 +19,13 @@ Eigen::MatrixXd squareRoot(const Eigen::MatrixXd& gramian) {
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
+// The products are square: no preconditioner is needed, and Jacobi keeps small singular values accurate.
+using Svd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
+
 struct Roots {
   Eigen::MatrixXd controllable;
   Eigen::MatrixXd observable;
-  Eigen::BDCSVD<Eigen::MatrixXd> product;
+  Svd product;
 };
 
 Roots rootsOf(const StateSpace& system) {
@@ -28,7 +33,7 @@ Roots rootsOf(const StateSpace& system) {
   roots.controllable = squareRoot(solveLyapunov(system.a, system.b * system.b.transpose()));
   roots.observable = squareRoot(solveLyapunov(system.a.transpose(), system.c.transpose() * system.c));
   roots.product.compute(roots.observable.transpose() * roots.controllable,
-                        Eigen::ComputeThinU | Eigen::ComputeThinV);
+                        Eigen::ComputeFullU | Eigen::ComputeFullV);
   return roots;
 }
 

@@ -95,20 +95,21 @@ ReducedRotor reduceCraigBampton(const FlexibleRotor& rotor, const std::vector<do
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> inner(
       held.transpose() * rotor.stiffness() * held, held.transpose() * rotor.mass() * held);
 
-  // The static shapes span the rigid motions; two of them are exchanged for these, exactly.
+  // The static shapes span the rigid motions, which are put in exactly instead.
   const Eigen::MatrixXd rigid = rotor.rigidModes();
   Eigen::MatrixXd others(n, p + held_modes);
   others << constraintShapes(rotor.stiffness(), constraints),
       held * inner.eigenvectors().leftCols(held_modes);
+  // Columns of one length before the rigid part is taken out: what is rigid then leaves round-off, not a
+  // column.
+  const Eigen::VectorXd lengths = (others.transpose() * rotor.mass() * others).diagonal().cwiseSqrt();
+  others = others * lengths.cwiseInverse().asDiagonal();
   others -= rigid * (rigid.transpose() * rotor.mass() * others);
-  // What is left has rank p + held_modes - 2; an M-orthonormal basis of it comes from its Gram matrix, with
-  // the columns brought to one length first.
-  Eigen::MatrixXd gram = others.transpose() * rotor.mass() * others;
-  const Eigen::VectorXd lengths = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  gram = lengths.asDiagonal() * gram * lengths.asDiagonal();
+  // The rest has rank p + held_modes - 2; an M-orthonormal basis of it comes from its Gram matrix.
+  const Eigen::MatrixXd gram = others.transpose() * rotor.mass() * others;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> rank(gram);
   const Eigen::Index bending = p + held_modes - 2;
-  const Eigen::MatrixXd basis = others * lengths.asDiagonal() * rank.eigenvectors().rightCols(bending) *
+  const Eigen::MatrixXd basis = others * rank.eigenvectors().rightCols(bending) *
                                 rank.eigenvalues().tail(bending).cwiseSqrt().cwiseInverse().asDiagonal();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> diagonal(
       basis.transpose() * rotor.stiffness() * basis, basis.transpose() * rotor.mass() * basis);

@@ -2,16 +2,19 @@
 // Balanced truncation of a stable rotor on its supports (thesis 3.1.3, figures 3.6 and 3.7).
 //
 //   s' = A s + B u,  w = C s        u forces [N], w displacements [m] at given planes
-//   A P + P A^T + B B^T = 0,  A^T Q + Q A + C^T C = 0,  sigma_i = sqrt(eig_i(P Q)): Hankel singular values
-//   [m/N] error of order r:  max over w of |H - H_r| <= 2 (sigma_r+1 + ... + sigma_n)       (Glover 1984)
+//   A P + P A^T + B B^T = 0,  A^T Q + Q A + C^T C = 0,
+//   sigma_i = sqrt(eig_i(P Q)): Hankel singular values [m/N]
+//   error of order r:  max over w of |H - H_r| <= 2 (sigma_r+1 + ... + sigma_n)       (Glover 1984)
 //
 // The thesis takes sigma from K - lambda M; these are squared natural frequencies, not Hankel singular
 // values. The free rotor has none (its rigid motions are not stable): it is reduced as it stands on its
-// supports, with damping in every mode. Method: Lyapunov equations by the complex Schur form (Bartels &
-// Stewart 1972), square-root balancing (Laub et al. 1987). A sigma below about 1e-12 of the first is
-// round-off. Valid: any stable linear system up to a few hundred states. Left out: the second-order structure
-// (a truncated system is no rotor any more), frequency weights, exact static gain. Errors: InputError if the
-// system is not stable or the order does not fit.
+// supports, with damping in every mode.
+// Method: Lyapunov equations by the complex Schur form (Bartels & Stewart 1972), square-root
+// balancing (Laub et al. 1987). A sigma below about 1e-12 of the first is round-off.
+// Valid: any stable linear system up to a few hundred states.
+// Left out: the second-order structure (a truncated system is no rotor any more), frequency weights,
+// exact static gain.
+// Errors: InputError if the system is not stable or the order does not fit.
 
 #include <Eigen/Core>
 #include <complex>
