@@ -9,8 +9,8 @@
 namespace amb_rotor {
 namespace {
 
-/// Before a jump at the end of an interval the value is taken this share of the interval earlier.
-constexpr double before_end = 1e-9;
+/// The value before a jump at the end of an interval is taken this much earlier [s].
+constexpr double before_end_s = 2.0 * schedule_tolerance_s;
 
 bool same(const FaultEvent& a, const FaultEvent& b) {
   return a.type == b.type && a.start_s == b.start_s && a.ramp_s == b.ramp_s && a.duration_s == b.duration_s &&
@@ -36,15 +36,9 @@ void InjectorPartner::accept(const FaultMessage& message, double now, std::vecto
   const std::vector<amb_rotor::Fault> wrong = checkFaultEvent(event, "fault");
   if (!wrong.empty()) throw InputError(wrong);
   if (event.start_s < now) event.start_s = now;  // an absolute time that is over: now
-  if (event.type == FaultType::speed_change) {
-    if (scenario_.speed.type == SpeedType::free)
-      throw InputError(
-          {{"", 0, "fault.type", "speed_change", "the scenario's speed is free: nothing drives it"}});
-    const auto& kinks = plan_.path.breakpoints();
-    if (!kinks.empty() && event.start_s < kinks.back())
-      throw InputError({{"", 0, "fault.start", std::to_string(event.start_s),
-                         "the speed is still to change until " + std::to_string(kinks.back()) + " s"}});
-  }
+  if (event.type == FaultType::speed_change && scenario_.speed.type == SpeedType::free)
+    throw InputError(
+        {{"", 0, "fault.type", "speed_change", "the scenario's speed is free: nothing drives it"}});
   faults.push_back(event);
 }
 
@@ -74,16 +68,15 @@ Injection InjectorPartner::answer(const RotorState& state, const std::vector<Fau
 }
 
 double InjectorPartner::nextKink(double time, double limit) const {
-  for (const auto* kinks : {&plan_.schedule.breakpoints(), &plan_.path.breakpoints()}) {
-    const auto next = std::upper_bound(kinks->begin(), kinks->end(), time + instant_tolerance_s);
-    if (next != kinks->end()) limit = std::min(limit, *next);
-  }
+  for (const auto* kinks : {&plan_.schedule.breakpoints(), &plan_.path.breakpoints()})
+    for (double kink : *kinks)
+      if (kink > time + instant_tolerance_s) limit = std::min(limit, kink);
   return limit;
 }
 
 void InjectorPartner::fill(double from, double to, Injection& answer) const {
   const Schedule& schedule = plan_.schedule;
-  const double at[3] = {from + instant_tolerance_s, 0.5 * (from + to), to - before_end * (to - from)};
+  const double at[3] = {from, 0.5 * (from + to), to};
   const ShaftInstant shaft = plan_.path.at(at[0]);
   answer.shaft.angle = shaft.angle;
   answer.shaft.speed = shaft.speed;
@@ -94,8 +87,8 @@ void InjectorPartner::fill(double from, double to, Injection& answer) const {
   std::vector<Vec2<double>> forces;
   std::vector<double> factors;
   for (int i = 0; i < 3; ++i) {
-    schedule.forces(at[i], forces);
-    schedule.unbalanceFactors(at[i], factors);
+    schedule.forces(at[i], from, forces);
+    schedule.unbalanceFactors(at[i], from, factors);
     for (std::size_t j = 0; j < forces.size(); ++j) {
       answer.forces[j].plane_z = schedule.forcePlanes()[j];
       answer.forces[j].x[i] = forces[j].x;
@@ -113,8 +106,8 @@ void InjectorPartner::fill(double from, double to, Injection& answer) const {
   for (int a = 0; a < 4; ++a) {
     current[a] = schedule.current(a, at[0]);
     answer.bearing_on[a] = schedule.bearingOn(a, at[0]);
-    for (int i = 0; i < 3; ++i) offset[i][a] = schedule.sensorOffset(a, at[i]);
-    offset[3][a] = schedule.sensorOffset(a, to + instant_tolerance_s);
+    for (int i = 0; i < 3; ++i) offset[i][a] = schedule.sensorOffset(a, std::min(at[i], to - before_end_s));
+    offset[3][a] = schedule.sensorOffset(a, to);
   }
   answer.current = axisValues(current);
   answer.sensor_offset_start = axisValues(offset[0]);

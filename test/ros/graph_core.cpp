@@ -1,0 +1,117 @@
+// The graph's plant and partners without topics, step by step in one process, against the machine: what the protocol
+// alone does to the motion.
+#include <gtest/gtest.h>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/model_reader.hpp"
+#include "amb_rotor/model/overrides.hpp"
+#include "amb_rotor/model/scenario_reader.hpp"
+#include "amb_rotor/ros/partners.hpp"
+#include "amb_rotor/ros/plant_core.hpp"
+#include "comparison.hpp"
+
+namespace amb_rotor {
+namespace {
+
+using namespace testing;
+
+const std::string thesis = std::string(AMB_ROTOR_SOURCE_DIR) + "/config/thesis/";
+
+Model thesisModel(const std::vector<EffectSetting>& effects = {}) {
+  Model model = readModel(thesis + "levitation_model.yaml", effectCatalogue());
+  model.effects = effects;
+  return model;
+}
+
+struct GraphRun {
+  Recording recording;
+  std::vector<RotorState> states;
+  std::uint64_t steps = 0;
+};
+
+/// @param respawn_at  step at which all partners are made anew; 0: never
+GraphRun runGraph(const Model& model, const Scenario& scenario, double contact_step, std::uint64_t respawn_at = 0) {
+  PlantCore plant(model, scenario, 1);
+  auto control = std::make_unique<ControllerPartner>(model);
+  auto contact = std::make_unique<ContactPartner>(model, contact_step);
+  auto injector = std::make_unique<InjectorPartner>(model, scenario);
+  GraphRun run;
+  run.recording.clearance = model.rig.auxiliary_bearing.clearance_m;
+  std::vector<std::string> refused;
+  for (;;) {
+    const RotorState state = plant.state();
+    if (respawn_at > 0 && state.step == respawn_at) {
+      control = std::make_unique<ControllerPartner>(model);
+      contact = std::make_unique<ContactPartner>(model, contact_step);
+      injector = std::make_unique<InjectorPartner>(model, scenario);
+    }
+    const ContactForces forces = contact->answer(state);
+    append(run.recording, state, forces);
+    run.states.push_back(state);
+    run.steps = state.step;
+    if (plant.finished()) return run;
+    EXPECT_TRUE(plant.advance(control->answer(state), forces, injector->answer(state, {}, refused))) << plant.reason();
+    if (plant.reason() != "") return run;
+  }
+}
+
+void compare(const Model& model, const Scenario& scenario, double contact_step, double settled_from, bool contact) {
+  const GraphRun graph = runGraph(model, scenario, contact_step);
+  const Simulation machine = simulate(model, scenario);
+  ASSERT_EQ(machine.outcome.status, RunStatus::ok) << machine.outcome.reason;
+  std::printf("%llu steps\n", static_cast<unsigned long long>(graph.steps));
+  expectEqual(graph.recording, recordingOf(machine), model.rig.auxiliary_bearing.clearance_m,
+              model.rig.auxiliary_bearing.rotor_radius_m, settled_from, contact);
+}
+
+constexpr double contact_step = 1e-5;  // [s], the node's default
+
+TEST(GraphCore, LevitationEqualsMachine) {
+  compare(thesisModel(), readScenario(thesis + "levitation.yaml"), contact_step, 0.0, false);
+}
+
+TEST(GraphCore, OverloadEqualsMachine) {
+  compare(thesisModel(), readScenario(thesis + "overload.yaml"), contact_step, 0.15, true);
+}
+
+TEST(GraphCore, DropEqualsMachine) {
+  compare(thesisModel(), readScenario(thesis + "drop.yaml"), contact_step, 0.1, true);
+}
+
+TEST(GraphCore, HertzianContactEqualsMachine) {
+  compare(thesisModel({{"hertzian_contact", {2.4e9, 5.0}}}), readScenario(thesis + "overload.yaml"), contact_step, 0.15,
+          true);
+}
+
+TEST(GraphCore, MountAndRingEqualMachine) {
+  const std::vector<double> mount = {5e6, 300.0, 0.07}, ring = {1e-5, 0.005};
+  compare(thesisModel({{"compliant_mount", mount}, {"inner_ring_spin", ring}}), readScenario(thesis + "overload.yaml"),
+          contact_step, 0.15, true);
+}
+
+TEST(GraphCore, RespawnedPartnersChangeNothing) {
+  Scenario scenario = readScenario(thesis + "overload.yaml");
+  scenario.duration_s = 0.2;
+  const GraphRun one = runGraph(thesisModel(), scenario, contact_step);
+  const GraphRun two = runGraph(thesisModel(), scenario, contact_step, 1501);
+  ASSERT_EQ(one.states.size(), two.states.size());
+  for (std::size_t i = 0; i < one.states.size(); ++i)
+    ASSERT_EQ(one.states[i].mechanics, two.states[i].mechanics) << "step " << i;
+}
+
+TEST(GraphCore, TheComparisonSeesAnotherMachine) {
+  Scenario scenario = readScenario(thesis + "levitation.yaml");
+  Model other = thesisModel();
+  applyOverride(other, "rig.controller.kp_A_per_m=33000", effectCatalogue());
+  const Recording graph = runGraph(other, scenario, contact_step).recording;
+  const Recording machine = recordingOf(simulate(thesisModel(), scenario));
+  EXPECT_GT(largestDifference(graph, machine, machine.time.size(), 3e-4), displacement_tolerance / 5);
+}
+
+}  // namespace
+}  // namespace amb_rotor
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
