@@ -1,0 +1,110 @@
+#pragma once
+// Least squares of a model against recordings, with everything that belongs to one run or window only eliminated
+// on the spot (Schur complement), so that a fit has as many unknowns as the machine has parameters.
+//
+// Local unknowns: of a run, the offset and the linear drift of each displacement channel (they lie in the recording,
+// not in the control loop) and, at standstill, the shaft's angle where the model depends on it; of a window of 10 ms
+// in a run with contact, its starting mechanics and currents besides.
+#include <Eigen/Dense>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "amb_rotor/validation/coordinates.hpp"
+#include "amb_rotor/validation/recording.hpp"
+
+namespace amb_rotor {
+
+/// Length of a prediction through contact [s].
+constexpr double contact_window_s = 0.01;
+
+/// Quadratic model of half the sum of squares about a point: H, g, and the sum itself.
+struct NormalEquations {
+  Eigen::MatrixXd h;
+  Eigen::VectorXd g;   ///< minus the gradient of half the sum of squares
+  double chi2 = 0.0;   ///< with the priors of the local unknowns, without those of the coordinates
+  double squares = 0.0;  ///< of the residuals alone, each over its noise
+  double count = 0.0;  ///< residuals
+  Eigen::MatrixXd scores;  ///< sum over blocks of time of the outer product of their scores
+  bool finite = true;
+
+  explicit NormalEquations(int size = 0)
+      : h(Eigen::MatrixXd::Zero(size, size)), g(Eigen::VectorXd::Zero(size)), scores(Eigen::MatrixXd::Zero(size, size)) {}
+  void add(const NormalEquations& other);
+};
+
+/// What belongs to one recording only and is kept from one evaluation to the next.
+struct LocalState {
+  bool angle_known = false;
+  double angle_rad = 0.0;                ///< at standstill
+  std::vector<std::vector<double>> window_start;  ///< mechanics and currents of each window; empty: not yet
+  double offset_m[4] = {0, 0, 0, 0}, drift_m[4] = {0, 0, 0, 0};  ///< drift: over the whole run
+};
+
+struct RunResult {
+  double mean_square = 0.0;             ///< of the residual over the noise; 1 is the floor
+  double window_mean_square = 0.0;
+  std::vector<double> predicted;        ///< samples * predicted_channels, with offset and drift; where asked for
+  std::array<double, predicted_channels> channel_mean_square{};
+  bool finite = true;
+};
+
+struct EvaluationOptions {
+  bool jacobian = true;
+  bool scores = false;       ///< fill NormalEquations::scores
+  bool keep_prediction = false;
+  int window_passes = 1;     ///< refinements of the windows' starts
+};
+
+/// One model class (belief and fitted effects) against recordings.
+class FitProblem {
+ public:
+  /// @param recordings  must outlive the problem
+  FitProblem(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m);
+
+  const FitSpace& space() const { return space_; }
+  /// Evaluates the recordings of the given indices (into the list of the constructor), in parallel.
+  NormalEquations evaluate(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
+                           const EvaluationOptions& options, std::vector<RunResult>* results = nullptr) const;
+
+ private:
+  NormalEquations evaluateFree(const std::vector<Model>& models, const Recording& rec, LocalState& local,
+                               const EvaluationOptions& options, RunResult& result) const;
+  NormalEquations evaluateWindows(const std::vector<Model>& models, const Recording& rec, LocalState& local,
+                                  const EvaluationOptions& options, RunResult& result) const;
+  bool dependsOnAngle(const Model& model) const;
+
+  const std::vector<Recording>& recordings_;
+  const FitSpace& space_;
+  double offset_std_;
+  std::vector<double> steps_;
+};
+
+struct FitOptions {
+  int most_iterations = 8;
+  double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
+  int first_window_passes = 1;
+  bool scores = false;       ///< fill the robust covariance
+};
+
+struct FitResult {
+  Eigen::VectorXd x;
+  Eigen::MatrixXd covariance;  ///< of the coordinates, robust against coloured noise where scores were asked for
+  double chi2 = 0.0;           ///< with all priors
+  double squares = 0.0, count = 0.0;
+  int iterations = 0;
+  bool finite = true;
+  NormalEquations normal;      ///< at x, without the coordinates' priors
+};
+
+/// Levenberg and Marquardt over the given recordings. `extra` is a quadratic prior on the first coordinates from data
+/// that are not evaluated again (may be null): half (x - centre)' H (x - centre).
+struct QuadraticPrior {
+  Eigen::MatrixXd h;
+  Eigen::VectorXd centre;
+  double chi2 = 0.0;
+};
+FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std::vector<int>& which,
+              std::vector<LocalState>& local, const FitOptions& options, const QuadraticPrior* extra = nullptr);
+
+}  // namespace amb_rotor

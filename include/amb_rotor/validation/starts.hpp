@@ -1,0 +1,15 @@
+#pragma once
+// Where the fit of an effect begins. Effects that vanish at a neutral value start there; the others at several plausible
+// places, of which the fit keeps the best.
+#include <vector>
+
+#include "amb_rotor/validation/recording.hpp"
+
+namespace amb_rotor {
+
+/// Starting parameter sets of an effect for a rig, each in the order of the schema. Empty: it cannot be in this rig
+/// (reason: why).
+std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
+                                                const std::vector<Recording>& recordings, std::string& reason);
+
+}  // namespace amb_rotor

@@ -1,0 +1,29 @@
+#pragma once
+// From a recording and a model to what predict() needs.
+#include <vector>
+
+#include "amb_rotor/validation/recording.hpp"
+
+namespace amb_rotor {
+
+/// The whole of a recording, for the lanes.
+Stretch stretchOf(const Recording& rec, const Model& model);
+
+/// One lane of it. At standstill the shaft has the angle given [rad].
+LaneJob jobOf(const Recording& rec, const Model& model, double standstill_angle);
+
+/// A trial weight in a run is known: it joins the machine's unbalance.
+std::vector<Model> withTrialWeights(const std::vector<Model>& models, const Recording& rec);
+
+/// Angle and speed of the shaft at a time of a run of constant speed, which spin_drag may lower.
+ShaftInstant shaftAt(const Recording& rec, const Model& model, double time);
+
+/// Step that the lanes need for a model's fastest motion away from contact, and through contact [s].
+double freeStep(const Model& model);
+double contactStep(const Model& model);
+
+/// A starting state at instant `first`, read off the measurement by local parabolas: mechanics, currents, and what the
+/// controller would remember.
+MachineState<double> stateFromMeasurement(const Recording& rec, const Model& model, Spin spin, long first);
+
+}  // namespace amb_rotor

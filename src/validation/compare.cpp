@@ -1,0 +1,91 @@
+#include "amb_rotor/validation/compare.hpp"
+
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "amb_rotor/validation/breakdown.hpp"
+#include "amb_rotor/validation/fit.hpp"
+#include "amb_rotor/validation/stretches.hpp"
+
+namespace amb_rotor {
+
+Comparison compare(const Model& model, const Dataset& dataset, const CompareOptions& options) {
+  std::unique_ptr<tbb::global_control> limit;
+  if (options.threads > 0)
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);
+  const auto progress = [&](double share, const char* what) {
+    if (options.progress) options.progress(share, what);
+  };
+  progress(0.0, "reading");
+  Comparison out;
+  const std::vector<Recording> recordings = prepareRecordings(dataset);
+  Model belief = model;
+  // how far the owner trusts the rig is the data set's to say where the model file is silent
+  if (belief.uncertainty.empty()) belief.uncertainty = dataset.belief.uncertainty;
+  if (!options.refit) {
+    Model fixed = belief;
+    for (auto it = fixed.uncertainty.begin(); it != fixed.uncertainty.end();)
+      it = isMachineUncertainty(it->first) ? fixed.uncertainty.erase(it) : std::next(it);
+    belief = fixed;
+  }
+  const auto offset = belief.uncertainty.find("sensor.offset_m");
+  const FitSpace space(belief, {});
+  const FitProblem problem(recordings, space, offset != belief.uncertainty.end() ? offset->second : 0.0);
+  std::vector<LocalState> local(recordings.size());
+  std::vector<int> fit_free, fit_all, everything(recordings.size()), validate;
+  std::iota(everything.begin(), everything.end(), 0);
+  for (int i : everything) {
+    const bool to_fit = recordings[i].run.use == RunUse::fit;
+    if (to_fit) fit_all.push_back(i);
+    if (to_fit && !recordings[i].holdsContact()) fit_free.push_back(i);
+    if (!to_fit) validate.push_back(i);
+  }
+  FitResult fitted;
+  fitted.x = space.start();
+  fitted.covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  if (space.size() > 0 && !fit_all.empty()) {
+    progress(0.1, "refitting the nuisance");
+    FitOptions fit_options;
+    fit_options.scores = true;
+    if (!fit_free.empty()) fitted = fit(problem, fitted.x, fit_free, local, fit_options);
+    progress(0.4, "refitting through contact");
+    if (fit_all.size() > fit_free.size()) fitted = fit(problem, fitted.x, fit_all, local, fit_options);
+  }
+  progress(0.8, "predicting");
+  EvaluationOptions evaluation;
+  evaluation.jacobian = false;
+  evaluation.keep_prediction = true;
+  evaluation.window_passes = 3;
+  std::vector<RunResult> results;
+  problem.evaluate(fitted.x, everything, local, evaluation, &results);
+  out.model = space.model(fitted.x);
+  out.nuisance = space.nuisanceValues(fitted.x, fitted.covariance);
+  for (int i : everything) {
+    const Recording& rec = recordings[i];
+    PredictedRun run;
+    run.id = rec.run.id;
+    run.use = rec.run.use == RunUse::fit ? "fit" : "validate";
+    run.kind = runKindName(rec.run.kind);
+    run.sample_rate_hz = rec.run.sample_rate_hz;
+    run.error = std::sqrt(results[i].mean_square);
+    run.measured = rec.measured;
+    run.predicted = std::move(results[i].predicted);
+    run.noise = rec.noise;
+    for (long k = 0; k < rec.samples; ++k) {
+      const ShaftInstant shaft = shaftAt(rec, out.model, k / rec.run.sample_rate_hz);
+      run.angle_rad.push_back(shaft.angle);
+      run.speed_rad_s.push_back(shaft.speed);
+    }
+    out.runs.push_back(std::move(run));
+    for (const auto& remark : rec.remarks) out.remarks.push_back(rec.run.id + ": " + remark);
+  }
+  out.errors = breakDown(recordings, out.runs, everything);
+  out.validation_errors = breakDown(recordings, out.runs, validate);
+  progress(1.0, "done");
+  return out;
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,333 @@
+#include "amb_rotor/validation/diagnosis.hpp"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/breakdown.hpp"
+#include "amb_rotor/validation/fit.hpp"
+#include "amb_rotor/validation/starts.hpp"
+#include "amb_rotor/validation/unexplained.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Evidence (half the BIC's drop) below which an effect does not earn its place, whatever else.
+constexpr double least_evidence = 12.0;
+/// Share of the validation runs' chi2 above the floor that must fall.
+constexpr double least_validation_drop = 0.004;
+/// Validation error over which a residual counts as structured.
+constexpr double structured_error = 1.12, structured_contact_error = 1.6;
+
+struct Trial {
+  std::string effect;
+  std::vector<double> start;
+  FitResult fit;
+  std::vector<LocalState> local;
+  std::shared_ptr<FitSpace> space;
+  bool excited = true;
+  std::string note;
+  double evidence = -1e300;
+  CandidateErrors errors;
+};
+
+class Diagnoser {
+ public:
+  Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options)
+      : belief_(model), options_(options), recordings_(prepareRecordings(dataset)) {
+    for (const auto& setting : belief_.uncertainty)
+      if (setting.first == "sensor.offset_m") offset_std_ = setting.second;
+    for (int i = 0; i < static_cast<int>(recordings_.size()); ++i) {
+      const bool fit = recordings_[i].run.use == RunUse::fit;
+      const bool contact = recordings_[i].holdsContact();
+      (fit ? (contact ? fit_contact_ : fit_free_) : (contact ? check_contact_ : check_free_)).push_back(i);
+    }
+  }
+
+  Diagnosis run();
+
+ private:
+  using Settings = std::vector<EffectSetting>;
+  void progress(double share, const std::string& what) const {
+    if (options_.progress) options_.progress(share, what);
+  }
+  Trial fitEffects(const Settings& effects, const Eigen::VectorXd* nuisance, bool contact, int iterations,
+                   const std::vector<LocalState>& local, bool scores, const QuadraticPrior* prior = nullptr) const;
+  CandidateErrors judge(const Trial& trial, bool with_contact, std::vector<RunResult>* results = nullptr) const;
+  double evidence(const Trial& trial, const Trial& against) const;
+  std::vector<Trial> screen(const Settings& adopted, const Trial& reference, const QuadraticPrior& free_prior,
+                            double from, double to);
+  bool earns(const Trial& trial, const CandidateErrors& before) const;
+  std::vector<int> joined(const std::vector<int>& a, const std::vector<int>& b) const {
+    std::vector<int> out = a;
+    out.insert(out.end(), b.begin(), b.end());
+    return out;
+  }
+
+  Model belief_;
+  DiagnosisOptions options_;
+  std::vector<Recording> recordings_;
+  double offset_std_ = 0.0;
+  std::vector<int> fit_free_, fit_contact_, check_free_, check_contact_;
+};
+
+Trial Diagnoser::fitEffects(const Settings& effects, const Eigen::VectorXd* nuisance, bool contact, int iterations,
+                            const std::vector<LocalState>& local, bool scores, const QuadraticPrior* prior) const {
+  Trial trial;
+  trial.space = std::make_shared<FitSpace>(belief_, effects);
+  trial.local = local;
+  Eigen::VectorXd start = trial.space->start();
+  if (nuisance != nullptr) start.head(nuisance->size()) = *nuisance;
+  const FitProblem problem(recordings_, *trial.space, offset_std_);
+  FitOptions options;
+  options.most_iterations = iterations;
+  options.scores = scores;
+  const std::vector<int> which = prior != nullptr ? fit_contact_ : (contact ? joined(fit_free_, fit_contact_) : fit_free_);
+  trial.fit = fit(problem, start, which, trial.local, options, prior);
+  if (!effects.empty()) trial.effect = effects.back().id;
+  return trial;
+}
+
+CandidateErrors Diagnoser::judge(const Trial& trial, bool with_contact, std::vector<RunResult>* results) const {
+  CandidateErrors errors;
+  const FitProblem problem(recordings_, *trial.space, offset_std_);
+  EvaluationOptions evaluation;
+  evaluation.jacobian = false;
+  evaluation.window_passes = 3;
+  std::vector<LocalState> local = trial.local;
+  const auto mean = [&](const std::vector<int>& which, double& sum, int& count) {
+    std::vector<RunResult> own;
+    problem.evaluate(trial.fit.x, which, local, evaluation, &own);
+    double part = 0.0;
+    for (const auto& r : own) part += r.mean_square;
+    sum += part;
+    count += static_cast<int>(own.size());
+    if (results != nullptr) results->insert(results->end(), own.begin(), own.end());
+    return own.empty() ? -1.0 : std::sqrt(part / own.size());
+  };
+  double sum = 0.0;
+  int count = 0;
+  errors.validation_error_free = mean(check_free_, sum, count);
+  if (with_contact) errors.validation_error_contact = mean(check_contact_, sum, count);
+  errors.validation_error = count > 0 ? std::sqrt(sum / count) : 0.0;
+  errors.fit_error = trial.fit.count > 0.0 ? std::sqrt(trial.fit.squares / trial.fit.count) : 0.0;
+  return errors;
+}
+
+double Diagnoser::evidence(const Trial& trial, const Trial& against) const {
+  if (!trial.fit.finite || !against.fit.finite) return -1e300;
+  // the noise level that the better model leaves scales chi2: a wrong noise figure is no evidence
+  const double level = std::max(1.0, trial.fit.squares / std::max(1.0, trial.fit.count));
+  const int more = trial.space->size() - against.space->size();
+  return 0.5 * ((against.fit.chi2 - trial.fit.chi2) / level - more * std::log(std::max(2.0, trial.fit.count)));
+}
+
+bool Diagnoser::earns(const Trial& trial, const CandidateErrors& before) const {
+  if (trial.evidence < least_evidence) return false;
+  const auto drop = [](double was, double is) {
+    if (was < 0.0 || is < 0.0) return 0.0;
+    return (was * was - is * is) / std::max(was * was, 1e-12);
+  };
+  return std::max(drop(before.validation_error_free, trial.errors.validation_error_free),
+                  drop(before.validation_error_contact, trial.errors.validation_error_contact)) > least_validation_drop;
+}
+
+std::vector<Trial> Diagnoser::screen(const Settings& adopted, const Trial& reference, const QuadraticPrior& free_prior,
+                                     double from, double to) {
+  std::vector<std::string> names = options_.candidates;
+  if (names.empty())
+    for (const auto& schema : effectCatalogue().all()) names.push_back(schema.id);
+  std::vector<Trial> best;
+  const Eigen::VectorXd nuisance = reference.fit.x.head(reference.space->nuisances());
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    const std::string& name = names[n];
+    progress(from + (to - from) * n / names.size(), name);
+    const bool there = std::any_of(adopted.begin(), adopted.end(), [&](const EffectSetting& s) { return s.id == name; }) ||
+                       std::any_of(belief_.effects.begin(), belief_.effects.end(),
+                                   [&](const EffectSetting& s) { return s.id == name; });
+    if (there) continue;
+    Trial winner;
+    winner.effect = name;
+    std::string reason;
+    const auto starts = startingValues(name, belief_, recordings_, reason);
+    const bool contact = effectCatalogue().find(name)->needs_contact;
+    if (starts.empty() || (contact && fit_contact_.empty())) {
+      winner.excited = false;
+      winner.note = reason.empty() ? "no run to fit holds contact" : reason;
+      best.push_back(winner);
+      continue;
+    }
+    // one iteration from each start, then the best one to the end
+    winner.fit.chi2 = 1e301;
+    for (const auto& start : starts) {
+      Settings effects = adopted;
+      for (std::size_t i = 0; i < effects.size(); ++i)
+        effects[i].values = reference.space->model(reference.fit.x).effects[belief_.effects.size() + i].values;
+      effects.push_back({name, start});
+      Trial trial = fitEffects(effects, &nuisance, contact, starts.size() > 1 ? 2 : 8, reference.local, false,
+                               contact ? &free_prior : nullptr);
+      trial.start = start;
+      if (trial.fit.chi2 < winner.fit.chi2) winner = trial;
+    }
+    if (starts.size() > 1 && winner.fit.finite && evidence(winner, reference) > -60.0) {
+      Settings effects = winner.space->fitted();
+      const Model at = winner.space->model(winner.fit.x);
+      for (auto& e : effects)
+        for (const auto& s : at.effects)
+          if (s.id == e.id) e.values = s.values;
+      const Eigen::VectorXd own = winner.fit.x.head(nuisance.size());
+      Trial more = fitEffects(effects, &own, contact, 8, winner.local, false, contact ? &free_prior : nullptr);
+      if (more.fit.chi2 <= winner.fit.chi2) winner = more;
+    }
+    winner.effect = name;
+    best.push_back(winner);
+  }
+  return best;
+}
+
+Diagnosis Diagnoser::run() {
+  const auto begin = std::chrono::steady_clock::now();
+  Diagnosis out;
+  for (const auto& r : recordings_)
+    for (const auto& remark : r.remarks) out.remarks.push_back(r.run.id + ": " + remark);
+  progress(0.0, "baseline");
+  std::vector<LocalState> fresh(recordings_.size());
+  Trial free = fitEffects({}, nullptr, false, 10, fresh, false);
+  const Eigen::VectorXd free_nuisance = free.fit.x;
+  const auto priorOf = [](const Trial& t) {
+    QuadraticPrior prior;
+    const int n = t.space->nuisances();
+    prior.h = t.fit.normal.h.topLeftCorner(n, n);
+    prior.centre = t.fit.x.head(n);
+    return prior;
+  };
+  QuadraticPrior prior = priorOf(free);
+  Trial contact = free;
+  if (!fit_contact_.empty()) {
+    progress(0.05, "baseline through contact");
+    contact = fitEffects({}, &free_nuisance, true, 6, free.local, false, &prior);
+    contact.local = contact.local;
+  }
+  free.errors = judge(contact, true);
+  free.errors.fit_error = std::sqrt((free.fit.squares + (fit_contact_.empty() ? 0.0 : contact.fit.squares)) /
+                                    std::max(1.0, free.fit.count + (fit_contact_.empty() ? 0.0 : contact.fit.count)));
+  out.baseline = free.errors;
+  out.nuisance = contact.space->nuisanceValues(contact.fit.x, contact.fit.covariance);
+
+  Settings adopted;
+  Trial reference_free = free, reference_contact = contact;
+  CandidateErrors before = free.errors;
+  Trial last = contact;
+  for (int step = 0; step < options_.most_steps; ++step) {
+    const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
+    Trial reference = reference_free;
+    reference.local = reference_contact.local;
+    std::vector<Trial> trials = screen(adopted, reference, prior, from, to);
+    for (auto& t : trials) {
+      if (!t.excited) continue;
+      const bool through_contact = effectCatalogue().find(t.effect)->needs_contact;
+      t.evidence = evidence(t, through_contact ? reference_contact : reference_free);
+    }
+    std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; });
+    int judged = 0;
+    for (auto& t : trials) {
+      if (!t.excited || !t.fit.finite) continue;
+      const bool through_contact = effectCatalogue().find(t.effect)->needs_contact;
+      if (judged++ < 6) t.errors = judge(t, through_contact);
+      if (through_contact && judged <= 6) t.errors.fit_error = std::sqrt(t.fit.squares / t.fit.count);
+    }
+    if (step == 0)
+      for (const auto& t : trials) {
+        Candidate c;
+        c.effect = t.effect;
+        c.excited = t.excited;
+        c.note = t.note;
+        c.evidence = std::max(t.evidence, -1e6);
+        c.errors = t.errors;
+        if (t.excited && t.fit.finite) {
+          c.parameters = t.space->effectValues(static_cast<int>(t.space->fitted().size()) - 1, t.fit.x, t.fit.covariance);
+          for (const auto& other : trials)
+            if (other.effect != t.effect && other.excited && t.evidence > least_evidence &&
+                std::fabs(other.evidence - t.evidence) < std::max(8.0, 0.03 * t.evidence))
+              c.confounded_with.push_back(other.effect);
+        }
+        out.ranking.push_back(c);
+      }
+    const auto chosen = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) {
+      return t.excited && t.fit.finite && earns(t, before);
+    });
+    if (chosen == trials.end()) break;
+    // joint refit of everything with robust standard deviations
+    progress(to - 0.02, "refit with " + chosen->effect);
+    const Model at = chosen->space->model(chosen->fit.x);
+    Settings effects = chosen->space->fitted();
+    for (auto& e : effects)
+      for (const auto& s : at.effects)
+        if (s.id == e.id) e.values = s.values;
+    const bool through_contact = !fit_contact_.empty();
+    const Eigen::VectorXd own = chosen->fit.x.head(free_nuisance.size());
+    Trial all_free = fitEffects(effects, &own, false, 6, chosen->local, true);
+    Trial joint = all_free;
+    if (through_contact) joint = fitEffects(effects, &own, true, 6, chosen->local, true);
+    joint.errors = judge(joint, true);
+    joint.errors.fit_error = std::sqrt(joint.fit.squares / std::max(1.0, joint.fit.count));
+    adopted = effects;
+    DiagnosisStep taken;
+    taken.added = chosen->effect;
+    taken.errors = joint.errors;
+    for (std::size_t i = 0; i < effects.size(); ++i) {
+      const auto values = joint.space->effectValues(static_cast<int>(i), joint.fit.x, joint.fit.covariance);
+      if (effects[i].id == taken.added) taken.parameters = values;
+      for (auto& earlier : out.steps)
+        if (earlier.added == effects[i].id) earlier.parameters = values;
+    }
+    out.steps.push_back(taken);
+    if (step == 0)
+      for (auto& c : out.ranking)
+        if (c.effect == taken.added) {
+          c.parameters = taken.parameters;
+          c.errors = taken.errors;
+        }
+    reference_free = all_free;
+    reference_contact = joint;
+    if (through_contact) {
+      // evidence of contact effects is counted over the contact runs with the free runs as prior
+      prior = priorOf(all_free);
+      const Eigen::VectorXd x = joint.fit.x.head(free_nuisance.size());
+      reference_contact = fitEffects(adopted, &x, true, 3, joint.local, false, &prior);
+    }
+    before = joint.errors;
+    last = joint;
+    out.nuisance = joint.space->nuisanceValues(joint.fit.x, joint.fit.covariance);
+    const bool clean = before.validation_error_free < 1.02 * out.noise_floor + 0.03 &&
+                       (before.validation_error_contact < 0.0 || before.validation_error_contact < 1.1);
+    if (clean) break;
+  }
+  out.adopted = last.space->model(last.fit.x);
+  const CandidateErrors& end = before;
+  const bool structured = end.validation_error_free > structured_error ||
+                          end.validation_error_contact > structured_contact_error;
+  if (structured) {
+    out.verdict = "unknown";
+    out.unexplained = searchUnexplained(recordings_, *last.space, last.fit.x, last.local, offset_std_);
+  } else {
+    out.verdict = out.steps.empty() ? "none" : "effect";
+  }
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  progress(1.0, "done");
+  return out;
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Model& model, const Dataset& dataset, const DiagnosisOptions& options) {
+  std::unique_ptr<tbb::global_control> limit;
+  if (options.threads > 0)
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);
+  return Diagnoser(model, dataset, options).run();
+}
+
+}  // namespace amb_rotor

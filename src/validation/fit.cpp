@@ -1,0 +1,190 @@
+#include "amb_rotor/validation/fit.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+
+namespace amb_rotor {
+
+void NormalEquations::add(const NormalEquations& other) {
+  h += other.h;
+  g += other.g;
+  chi2 += other.chi2;
+  squares += other.squares;
+  count += other.count;
+  scores += other.scores;
+  finite = finite && other.finite;
+}
+
+FitProblem::FitProblem(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m)
+    : recordings_(recordings), space_(space), offset_std_(offset_std_m) {
+  for (const auto& coordinate : space.coordinates()) steps_.push_back(0.02 * coordinate.scale);
+}
+
+bool FitProblem::dependsOnAngle(const Model& model) const {
+  for (const auto& effect : model.effects) {
+    const EffectSchema* schema = effectCatalogue().find(effect.id);
+    if (effect.id == "couple_unbalance") continue;  // no force at standstill
+    for (const auto& p : schema->parameters)
+      if (p.role == ParameterRole::phase) return true;
+  }
+  return false;
+}
+
+NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector<int>& which,
+                                     std::vector<LocalState>& local, const EvaluationOptions& options,
+                                     std::vector<RunResult>* results) const {
+  const int p = space_.size();
+  std::vector<Model> models;
+  models.push_back(space_.model(x));
+  if (options.jacobian)
+    for (int k = 0; k < p; ++k) {
+      Eigen::VectorXd moved = x;
+      // away from a limit, so that the difference is a real one
+      const double up = x[k] + steps_[k];
+      moved[k] = up <= space_.coordinates()[k].upper ? up : x[k] - steps_[k];
+      models.push_back(space_.model(moved));
+    }
+  std::vector<NormalEquations> parts(which.size(), NormalEquations(p));
+  std::vector<RunResult> own(which.size());
+  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) {
+    const Recording& rec = recordings_[which[i]];
+    LocalState& state = local[which[i]];
+    parts[i] = rec.holdsContact() ? evaluateWindows(models, rec, state, options, own[i])
+                                  : evaluateFree(models, rec, state, options, own[i]);
+  });
+  NormalEquations sum(p);
+  for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);
+  // a coordinate at its upper limit was stepped downwards
+  if (options.jacobian)
+    for (int k = 0; k < p; ++k)
+      if (x[k] + steps_[k] > space_.coordinates()[k].upper) {
+        sum.h.row(k) *= -1.0;
+        sum.h.col(k) *= -1.0;
+        sum.scores.row(k) *= -1.0;
+        sum.scores.col(k) *= -1.0;
+        sum.g[k] *= -1.0;
+      }
+  if (results != nullptr) *results = std::move(own);
+  return sum;
+}
+
+FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std::vector<int>& which,
+              std::vector<LocalState>& local, const FitOptions& options, const QuadraticPrior* extra) {
+  const FitSpace& space = problem.space();
+  const int p = space.size();
+  FitResult result;
+  result.x = space.clamped(start);
+  EvaluationOptions evaluation;
+  evaluation.window_passes = options.first_window_passes;
+  Eigen::VectorXd prior_weight = Eigen::VectorXd::Zero(p), prior_mean = Eigen::VectorXd::Zero(p);
+  for (int k = 0; k < p; ++k) {
+    const auto& c = space.coordinates()[k];
+    if (c.prior_std > 0.0) {
+      prior_weight[k] = 1.0 / (c.prior_std * c.prior_std);
+      prior_mean[k] = c.prior_mean;
+    }
+  }
+  const int q = extra != nullptr ? static_cast<int>(extra->centre.size()) : 0;
+  const auto penalty = [&](const Eigen::VectorXd& x) {
+    double sum = (prior_weight.array() * (x - prior_mean).array().square()).sum();
+    if (q > 0) {
+      const Eigen::VectorXd d = x.head(q) - extra->centre;
+      sum += d.dot(extra->h * d) + extra->chi2;
+    }
+    return sum;
+  };
+  NormalEquations now = problem.evaluate(result.x, which, local, evaluation);
+  result.finite = now.finite;
+  if (!now.finite) {
+    result.chi2 = 1e300;
+    result.covariance = Eigen::MatrixXd::Zero(p, p);
+    result.normal = now;
+    return result;
+  }
+  evaluation.window_passes = 1;
+  double chi2 = now.chi2 + penalty(result.x);
+  double damping = 1e-6;
+  for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
+    Eigen::MatrixXd h = now.h;
+    Eigen::VectorXd g = now.g;
+    h.diagonal() += prior_weight;
+    g -= prior_weight.cwiseProduct(result.x - prior_mean);
+    if (q > 0) {
+      h.topLeftCorner(q, q) += extra->h;
+      g.head(q) -= extra->h * (result.x.head(q) - extra->centre);
+    }
+    bool improved = false, converged = false;
+    for (int attempt = 0; attempt < 6; ++attempt) {
+      Eigen::MatrixXd damped = h;
+      for (int k = 0; k < p; ++k) {
+        const double scale = space.coordinates()[k].scale;
+        damped(k, k) += damping * h(k, k) + 1e-9 / (scale * scale);
+      }
+      const Eigen::VectorXd step = damped.ldlt().solve(g);
+      if (!step.allFinite()) {
+        damping = std::max(damping * 100.0, 1e-3);
+        continue;
+      }
+      const Eigen::VectorXd x = space.clamped(result.x + step);
+      const double expected = step.dot(g);  // about twice the drop of half chi2
+      if (expected < options.tolerance * 0.1 * std::max(1.0, chi2) && expected < 0.5) {
+        converged = true;
+        break;
+      }
+      std::vector<LocalState> trial_local = local;
+      NormalEquations trial = problem.evaluate(x, which, trial_local, evaluation);
+      const double trial_chi2 = trial.chi2 + penalty(x);
+      if (trial.finite && trial_chi2 < chi2) {
+        converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < 20.0;
+        local = std::move(trial_local);
+        now = std::move(trial);
+        result.x = x;
+        chi2 = trial_chi2;
+        damping = std::max(damping * 0.1, 1e-9);
+        improved = true;
+        break;
+      }
+      damping = std::max(damping * 10.0, 1e-3);
+      if (attempt >= 3 && expected < 1.0) break;
+    }
+    ++result.iterations;
+    if (!improved || converged) break;
+  }
+  if (options.scores) {
+    evaluation.scores = true;
+    now = problem.evaluate(result.x, which, local, evaluation);
+  }
+  Eigen::MatrixXd h = now.h;
+  h.diagonal() += prior_weight;
+  if (q > 0) h.topLeftCorner(q, q) += extra->h;
+  for (int k = 0; k < p; ++k) h(k, k) += 1e-9 / std::pow(space.coordinates()[k].scale, 2);
+  const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
+  if (options.scores) {
+    // sandwich: the noise is coloured (part of it went round the loop), so blocks of time count, not samples
+    Eigen::MatrixXd middle = now.scores;
+    middle.diagonal() += prior_weight;
+    if (q > 0) middle.topLeftCorner(q, q) += extra->h;
+    const Eigen::MatrixXd robust = inverse * middle * inverse;
+    result.covariance = robust;
+    for (int k = 0; k < p; ++k)  // few blocks may flatter a coordinate: never below the plain value
+      if (robust(k, k) < inverse(k, k)) {
+        const double grow = std::sqrt(inverse(k, k) / std::max(robust(k, k), 1e-300));
+        result.covariance.row(k) *= grow;
+        result.covariance.col(k) *= grow;
+      }
+  } else {
+    result.covariance = inverse;
+  }
+  result.chi2 = now.chi2 + penalty(result.x);
+  result.squares = now.squares;
+  result.count = now.count;
+  result.normal = std::move(now);
+  return result;
+}
+
+}  // namespace amb_rotor

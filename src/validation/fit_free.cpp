@@ -1,0 +1,217 @@
+// Runs without contact: predicted in one piece from the settled state.
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/validation/fit.hpp"
+#include "amb_rotor/validation/stretches.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Length of the blocks whose scores are taken as independent [s].
+constexpr double score_block_s = 0.05;
+/// Angles tried at standstill.
+constexpr int angle_grid = 16;
+constexpr double angle_step = 0.01;
+
+double sumOfSquares(const Recording& rec, const std::vector<double>& out) {
+  double sum = 0.0;
+  for (int c = 0; c < predicted_channels; ++c) {
+    if (rec.noise[c] <= 0.0) continue;
+    double mean = 0.0, square = 0.0;
+    for (long i = 0; i < rec.samples; ++i) {
+      const double r = (rec.measured[i * predicted_channels + c] - out[i * predicted_channels + c]) / rec.noise[c];
+      mean += r;
+      square += r * r;
+    }
+    // displacement channels have an offset of their own; it may take the mean within its prior, roughly
+    sum += c < 4 ? square - 0.5 * mean * mean / rec.samples : square;
+  }
+  return sum;
+}
+
+}  // namespace
+
+NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const Recording& rec, LocalState& local,
+                                         const EvaluationOptions& options, RunResult& result) const {
+  const int p = space_.size();
+  const int lanes = static_cast<int>(given.size());
+  NormalEquations normal(p);
+  const bool trial = !rec.run.unbalance.empty();
+  const std::vector<Model> extended = trial ? withTrialWeights(given, rec) : std::vector<Model>();
+  const std::vector<Model>& models = trial ? extended : given;
+  const Stretch stretch = stretchOf(rec, models[0]);
+  const long n = rec.samples;
+  const std::size_t width = static_cast<std::size_t>(n) * predicted_channels;
+  const bool angle = rec.standstill && dependsOnAngle(models[0]);
+
+  if (angle && !local.angle_known) {  // the whole turn on a grid, once
+    std::vector<std::vector<double>> outs(angle_grid, std::vector<double>(width));
+    std::vector<LaneJob> jobs;
+    for (int k = 0; k < angle_grid; ++k) {
+      jobs.push_back(jobOf(rec, models[0], two_pi * k / angle_grid));
+      jobs.back().out = outs[k].data();
+    }
+    predict(stretch, jobs);
+    double best = 1e300;
+    for (int k = 0; k < angle_grid; ++k) {
+      const double sum = jobs[k].finite ? sumOfSquares(rec, outs[k]) : 1e300;
+      if (sum < best) {
+        best = sum;
+        local.angle_rad = two_pi * k / angle_grid;
+      }
+    }
+    local.angle_known = true;
+  }
+
+  // lanes: base, one for each coordinate, one for the angle
+  std::vector<LaneJob> jobs;
+  for (int k = 0; k < lanes; ++k) jobs.push_back(jobOf(rec, models[k], local.angle_rad));
+  const bool angle_column = angle && lanes > 1;
+  if (angle_column) jobs.push_back(jobOf(rec, models[0], local.angle_rad + angle_step));
+  std::vector<double> outs(width * jobs.size());
+  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
+  predict(stretch, jobs);
+  for (const auto& job : jobs) normal.finite = normal.finite && job.finite;
+  result.finite = jobs[0].finite;
+  if (!normal.finite) {
+    normal.chi2 = normal.squares = 1e300;
+    result.mean_square = 1e300;
+    return normal;
+  }
+
+  // columns: coordinates 0..p-1 (where asked), angle, offsets, drifts
+  const int g = lanes - 1;
+  const int la = angle_column ? 1 : 0;
+  const bool offsets = offset_std_ > 0.0;
+  const int local_size = la + (offsets ? 8 : 0);
+  const int size = g + local_size;
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+  double squares = 0.0, count = 0.0;
+  std::vector<double> step(g);
+  for (int k = 0; k < g; ++k) step[k] = 1.0 / steps_[k];
+
+  constexpr long block = 256;
+  const int dense = g + la;  // columns that come from predictions
+  Eigen::MatrixXd columns(block, dense + 3);  // and 1, t, residual of one channel
+  const auto fill = [&](int c, long from, long rows, double weight) {
+    const double* base = outs.data();
+    for (long i = 0; i < rows; ++i) {
+      const std::size_t at = (from + i) * predicted_channels + c;
+      const double y = base[at];
+      for (int k = 0; k < g; ++k) columns(i, k) = (outs[(k + 1) * width + at] - y) * step[k] * weight;
+      if (la) columns(i, g) = (outs[(lanes)*width + at] - y) / angle_step * weight;
+      columns(i, dense) = weight;
+      columns(i, dense + 1) = weight * (static_cast<double>(from + i) / n - 0.5);
+      columns(i, dense + 2) = (rec.measured[at] - y) * weight;
+    }
+  };
+  for (int c = 0; c < predicted_channels; ++c) {
+    if (rec.noise[c] <= 0.0) continue;
+    const double weight = 1.0 / rec.noise[c];
+    Eigen::MatrixXd small = Eigen::MatrixXd::Zero(dense + 3, dense + 3);
+    for (long from = 0; from < n; from += block) {
+      const long rows = std::min(block, n - from);
+      fill(c, from, rows, weight);
+      small.selfadjointView<Eigen::Lower>().rankUpdate(columns.topRows(rows).transpose());
+    }
+    small = small.selfadjointView<Eigen::Lower>();
+    squares += small(dense + 2, dense + 2);
+    count += static_cast<double>(n);
+    gram.topLeftCorner(dense, dense) += small.topLeftCorner(dense, dense);
+    right.head(dense) += small.col(dense + 2).head(dense);
+    if (offsets && c < 4) {
+      const int o = dense + c, d = dense + 4 + c;
+      for (int which = 0; which < 2; ++which) {
+        const int at = which == 0 ? o : d;
+        gram.block(0, at, dense, 1) += small.block(0, dense + which, dense, 1);
+        gram.block(at, 0, 1, dense) += small.block(dense + which, 0, 1, dense);
+        right[at] += small(dense + which, dense + 2);
+        gram(at, at) += small(dense + which, dense + which) + 1.0 / (offset_std_ * offset_std_);
+      }
+      gram(o, d) += small(dense, dense + 1);
+      gram(d, o) += small(dense, dense + 1);
+    }
+    result.channel_mean_square[c] = small(dense + 2, dense + 2) / n;
+  }
+  // eliminate the local unknowns
+  Eigen::VectorXd solved = Eigen::VectorXd::Zero(local_size);
+  Eigen::MatrixXd cross(local_size, g);
+  if (local_size > 0) {
+    Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
+    if (la) own(0, 0) += 1e-6;
+    const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+    solved = factor.solve(right.tail(local_size));
+    cross = factor.solve(gram.bottomLeftCorner(local_size, g));
+    normal.h.topLeftCorner(g, g) =
+        gram.topLeftCorner(g, g) - gram.topRightCorner(g, local_size) * cross;
+    normal.g.head(g) = right.head(g) - gram.topRightCorner(g, local_size) * solved;
+    normal.chi2 = squares - right.tail(local_size).dot(solved);
+  } else {
+    normal.h.topLeftCorner(g, g) = gram;
+    normal.g.head(g) = right;
+    normal.chi2 = squares;
+  }
+  if (la) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
+  for (int a = 0; a < 4 && offsets; ++a) {
+    local.offset_m[a] = solved[la + a];
+    local.drift_m[a] = solved[la + 4 + a];
+  }
+  normal.count = count;
+  // what is left of the residual itself, the local unknowns' priors apart
+  double left = squares;
+  if (local_size > 0) {
+    Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
+    for (int k = la; k < local_size; ++k) own(k, k) -= 1.0 / (offset_std_ * offset_std_);
+    left = squares - 2.0 * right.tail(local_size).dot(solved) + solved.dot(own * solved);
+  }
+  normal.squares = left;
+  result.mean_square = left / count;
+  for (int c = 0; c < 4 && offsets; ++c) {
+    if (rec.noise[c] <= 0.0) continue;
+    const int o = dense + c, d = dense + 4 + c;
+    const double so = local.offset_m[c], sd = local.drift_m[c];
+    const double prior = 1.0 / (offset_std_ * offset_std_);
+    result.channel_mean_square[c] += (-2.0 * (right[o] * so + right[d] * sd) + (gram(o, o) - prior) * so * so +
+                                      (gram(d, d) - prior) * sd * sd + 2.0 * gram(o, d) * so * sd) / n;
+  }
+
+  if (options.scores && g > 0) {
+    const long length = std::max<long>(1, static_cast<long>(score_block_s * rec.run.sample_rate_hz));
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(g, (n + length - 1) / length);
+    for (int c = 0; c < predicted_channels; ++c) {
+      if (rec.noise[c] <= 0.0) continue;
+      for (long from = 0; from < n; from += block) {
+        const long rows = std::min(block, n - from);
+        fill(c, from, rows, 1.0 / rec.noise[c]);
+        for (long i = 0; i < rows; ++i) {
+          Eigen::VectorXd row = columns.row(i).head(g);
+          double r = columns(i, dense + 2);
+          if (la) {
+            row -= columns(i, g) * cross.row(0).transpose();
+            r -= columns(i, g) * solved[0];
+          }
+          if (offsets && c < 4)
+            for (int which = 0; which < 2; ++which) {
+              row -= columns(i, dense + which) * cross.row(la + 4 * which + c).transpose();
+              r -= columns(i, dense + which) * solved[la + 4 * which + c];
+            }
+          scores.col((from + i) / length) += r * row;
+        }
+      }
+    }
+    normal.scores.topLeftCorner(g, g) = scores * scores.transpose();
+  }
+  if (options.keep_prediction) {
+    result.predicted.assign(outs.begin(), outs.begin() + static_cast<long>(width));
+    for (long i = 0; i < n; ++i)
+      for (int a = 0; a < 4; ++a)
+        result.predicted[i * predicted_channels + a] +=
+            local.offset_m[a] + local.drift_m[a] * (static_cast<double>(i) / n - 0.5);
+  }
+  return normal;
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,138 @@
+#include "amb_rotor/validation/starts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// First free-free bending mode of a uniform beam over [-h, h] about z = middle, 1 at the ends.
+double beamShape(double z, double middle, double half) {
+  constexpr double wavelength = 4.730040745;
+  constexpr double ratio = 0.982502215;
+  const double s = std::min(std::max((z - middle + half) / (2.0 * half), 0.0), 1.0) * wavelength;
+  return 0.5 * (std::cosh(s) + std::cos(s) - ratio * (std::sinh(s) + std::sin(s)));
+}
+
+bool anyTurning(const std::vector<Recording>& recordings) {
+  return std::any_of(recordings.begin(), recordings.end(), [](const Recording& r) { return !r.standstill; });
+}
+
+bool anyContact(const std::vector<Recording>& recordings) {
+  return std::any_of(recordings.begin(), recordings.end(), [](const Recording& r) { return r.holdsContact(); });
+}
+
+double largestCurrent(const std::vector<Recording>& recordings) {
+  double largest = 0.0;
+  for (const auto& r : recordings)
+    for (long i = 0; i < r.samples; ++i)
+      for (int a = 4; a < 8; ++a) largest = std::max(largest, std::fabs(r.measured[i * predicted_channels + a]));
+  return largest;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
+                                                const std::vector<Recording>& recordings, std::string& reason) {
+  const EffectSchema& schema = *effectCatalogue().find(effect);
+  const auto& rig = belief.rig;
+  reason.clear();
+  if (schema.needs_contact && !anyContact(recordings)) {
+    reason = "no run holds contact";
+    return {};
+  }
+  const bool rotating = anyTurning(recordings);
+  static const char* const turning[] = {"couple_unbalance", "gyroscopic_coupling", "cross_coupled_stiffness",
+                                        "spin_drag", "shaft_crack", "shaft_bow", "sensor_runout"};
+  if (!rotating && std::find(std::begin(turning), std::end(turning), effect) != std::end(turning)) {
+    reason = "no run turns";
+    return {};
+  }
+  const bool linear = belief.amb_model == AmbModel::linear;
+  static const char* const electric[] = {"magnetic_nonlinearity", "magnetic_saturation", "current_saturation",
+                                         "amplifier_lag", "control_delay", "eddy_current_lag"};
+  if (!linear && std::find(std::begin(electric), std::end(electric), effect) != std::end(electric)) {
+    reason = "the bearing has no coil and controller";
+    return {};
+  }
+  const double kc = rig.auxiliary_bearing.stiffness_N_per_m, dc = rig.auxiliary_bearing.damping_N_s_per_m;
+  const double span = rig.planes.amb[1] - rig.planes.amb[0];
+  std::vector<double> neutral;
+  for (const auto& p : schema.parameters) neutral.push_back(std::isfinite(p.neutral) ? p.neutral : p.typical);
+  const auto with = [&](std::initializer_list<double> values) { return std::vector<double>(values); };
+
+  if (effect == "couple_unbalance")
+    return {with({0.0, 0.0, 0.5 * span}), with({0.0, 0.0, -0.5 * span})};
+  if (effect == "shaft_bow")
+    return {with({1e-8, 1e-8, 0.0}), with({1e-8, 1e-8, 0.5 * pi})};
+  if (effect == "shaft_crack") {
+    std::vector<std::vector<double>> out;
+    for (int k = 0; k < 4; ++k) out.push_back({0.02, 0.5 * pi * k});
+    return out;
+  }
+  if (effect == "gyroscopic_coupling") return {with({rig.rotor.polar_inertia_kg_m2})};
+  if (effect == "cross_coupled_stiffness") return {with({0.0, 100.0, 1.0, 0.0})};
+  if (effect == "foundation_resonance") {
+    std::vector<std::vector<double>> out;
+    for (double f : {15.0, 22.0, 32.0, 46.0, 66.0, 95.0, 140.0, 200.0}) out.push_back({10.0 * rig.rotor.mass_kg, f, 0.03});
+    return out;
+  }
+  if (effect == "magnetic_nonlinearity")
+    return {with({rig.amb.bias_current_A, rig.amb.air_gap_m > 0.0 ? rig.amb.air_gap_m : 0.6e-3})};
+  if (effect == "magnetic_saturation") {
+    if (rig.amb.bias_flux_density_T <= 0.0) {
+      reason = "the rig's bias_flux_density_T is not stated";
+      return {};
+    }
+    return {with({1.6}), with({1.0})};
+  }
+  if (effect == "current_saturation") {
+    // a limit below what was measured is no limit; one above all that was commanded shows nothing
+    const double seen = largestCurrent(recordings), bias = rig.amb.bias_current_A;
+    std::vector<std::vector<double>> out;
+    for (double share : {0.98, 0.9, 0.75})
+      if (bias + share * seen < rig.amb.max_current_A) out.push_back({bias + share * seen});
+    if (out.empty()) reason = "no command comes near a limit below the believed one";
+    return out;
+  }
+  if (effect == "amplifier_lag") return {with({rig.amb.amplifier_bandwidth_hz})};
+  if (effect == "control_delay") return {with({rig.controller.delay_s})};
+  if (effect == "eddy_current_lag") return {with({2e4}), with({3e3}), with({600.0})};
+  if (effect == "hertzian_contact") {
+    // the same energy as the linear law at penetrations of 2 and 8 um
+    std::vector<std::vector<double>> out;
+    for (double d : {2e-6, 8e-6}) out.push_back({1.25 * kc / std::sqrt(d), std::max(dc / (kc * d), 1e-3)});
+    return out;
+  }
+  if (effect == "compliant_mount") {
+    std::vector<std::vector<double>> out;
+    for (double share : {0.1, 0.4, 1.5}) out.push_back({share * kc, 0.3 * dc, 0.03 * rig.rotor.mass_kg});
+    return out;
+  }
+  if (effect == "velocity_dependent_friction") {
+    const double mu = rig.auxiliary_bearing.friction_coefficient;
+    return {with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0})};
+  }
+  if (effect == "inner_ring_spin") return {with({1e-5, 5e-3}), with({1e-4, 2e-2})};
+  if (effect == "shaft_flexibility") {
+    const double half = 0.575 * (rig.planes.aux[1] - rig.planes.aux[0]);
+    const double middle = 0.5 * (rig.planes.aux[1] + rig.planes.aux[0]);
+    const auto shape = [&](double z) { return 1.4 * beamShape(z, middle, half); };
+    std::vector<std::vector<double>> out;
+    for (double f : {180.0, 260.0, 370.0, 530.0, 760.0, 1100.0}) {
+      std::vector<double> v = {f, 0.01};
+      for (int e = 0; e < 2; ++e) v.push_back(shape(rig.planes.amb[e]));
+      for (int e = 0; e < 2; ++e) v.push_back(shape(rig.planes.sensor[e]));
+      for (int e = 0; e < 2; ++e) v.push_back(shape(rig.planes.aux[e]));
+      v.push_back(shape(rig.unbalance.empty() ? middle : rig.unbalance[0].plane_z_m));
+      out.push_back(v);
+    }
+    return out;
+  }
+  return {neutral};
+}
+
+}  // namespace amb_rotor

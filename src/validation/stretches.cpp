@@ -1,0 +1,182 @@
+#include "amb_rotor/validation/stretches.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/machine/simulator.hpp"
+
+namespace amb_rotor {
+namespace {
+
+double decelerationOf(const Model& model, double speed) {
+  for (const auto& effect : model.effects)
+    if (effect.id == "spin_drag") {
+      const double inertia = model.rig.rotor.polar_inertia_kg_m2;
+      return effect.values[0] * speed + (inertia > 0.0 ? effect.values[1] / inertia : 0.0);
+    }
+  return 0.0;
+}
+
+bool hasSpinDrag(const Model& model) {
+  for (const auto& effect : model.effects)
+    if (effect.id == "spin_drag") return true;
+  return false;
+}
+
+}  // namespace
+
+Stretch stretchOf(const Recording& rec, const Model& model) {
+  Stretch stretch;
+  stretch.path = rec.path.get();
+  stretch.excitation = &rec.excitation;
+  stretch.schedule = &rec.schedule;
+  stretch.record_rate_hz = rec.run.sample_rate_hz;
+  stretch.first = 0;
+  stretch.last = rec.samples;
+  stretch.largest_step_s = freeStep(model);
+  stretch.contact_step_s = 1e-5;
+  stretch.spin = rec.path == nullptr && !rec.standstill && hasSpinDrag(model) ? Spin::drag : Spin::prescribed;
+  return stretch;
+}
+
+LaneJob jobOf(const Recording& rec, const Model& model, double standstill_angle) {
+  LaneJob job;
+  job.model = &model;
+  rec.startOfSpin(decelerationOf(model, rec.speed_rad_s), job.angle0_rad, job.speed_rad_s);
+  if (rec.standstill) job.angle0_rad = standstill_angle;
+  return job;
+}
+
+/// A trial weight in a run is known; it joins the machine's unbalance.
+std::vector<Model> withTrialWeights(const std::vector<Model>& models, const Recording& rec) {
+  std::vector<Model> out = models;
+  for (auto& model : out)
+    model.rig.unbalance.insert(model.rig.unbalance.end(), rec.run.unbalance.begin(), rec.run.unbalance.end());
+  return out;
+}
+
+ShaftInstant shaftAt(const Recording& rec, const Model& model, double time) {
+  if (rec.path != nullptr) return rec.path->at(time);
+  double angle0 = 0.0, speed = 0.0;
+  rec.startOfSpin(decelerationOf(model, rec.speed_rad_s), angle0, speed);
+  double decay = 0.0, constant = 0.0;
+  for (const auto& effect : model.effects)
+    if (effect.id == "spin_drag") {
+      decay = effect.values[0];
+      if (model.rig.rotor.polar_inertia_kg_m2 > 0.0)
+        constant = effect.values[1] / model.rig.rotor.polar_inertia_kg_m2;
+    }
+  // W' = -decay W - constant
+  const double x = decay * time;
+  const double shrink = std::exp(-x);
+  const double mean = std::fabs(x) < 1e-6 ? time * (1.0 - 0.5 * x) : (1.0 - shrink) / decay;
+  const double second = std::fabs(x) < 1e-4 ? 0.5 * time * time : (time - mean) / decay;
+  return {angle0 + speed * mean - constant * second, speed * shrink - constant * mean, 0.0};
+}
+
+double freeStep(const Model& model) {
+  double step = 1e-4;
+  for (const auto& effect : model.effects) {
+    if (effect.id != "shaft_flexibility" && effect.id != "foundation_resonance") continue;
+    const EffectSchema* schema = effectCatalogue().find(effect.id);
+    const double frequency = effect.values[schema->indexOf("frequency_hz")];
+    step = std::min(step, 0.4 / (two_pi * std::max(frequency, 1.0)));
+  }
+  return std::max(step, 2e-6);
+}
+
+double contactStep(const Model& model) {
+  double step = 4e-6;
+  for (const auto& effect : model.effects)
+    if (effect.id == "compliant_mount") {  // the mount's own motion under the contact's stiffness
+      const double stiffness = model.rig.auxiliary_bearing.stiffness_N_per_m + effect.values[0];
+      step = std::min(step, 0.3 / std::sqrt(stiffness / std::max(effect.values[2], 1e-6)));
+    }
+  return std::max(step, 2e-7);
+}
+
+namespace {
+
+/// Value and slope [per s] of a channel at instant `at` from a parabola over `count` instants from `from` on.
+void parabola(const Recording& rec, int channel, long from, long count, long at, double& value, double& slope) {
+  from = std::max<long>(0, std::min(from, rec.samples - count));
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (long i = from; i < from + count && i < rec.samples; ++i) {
+    const double t = static_cast<double>(i - at);
+    const Eigen::Vector3d row(1.0, t, t * t);
+    normal += row * row.transpose();
+    right += row * rec.measured[i * predicted_channels + channel];
+  }
+  const Eigen::Vector3d c = normal.ldlt().solve(right);
+  value = c[0];
+  slope = c[1] * rec.run.sample_rate_hz;
+}
+
+}  // namespace
+
+MachineState<double> stateFromMeasurement(const Recording& rec, const Model& model, Spin spin, long first) {
+  constexpr long count = 8;
+  const Machine<double> machine({&model}, spin);
+  const Drive<double> drive;
+  const Simulator<double> sim(machine, drive, rec.run.sample_rate_hz);
+  const double time = first / rec.run.sample_rate_hz;
+  MachineState<double> state = sim.atRest(time);
+  state.next_record = first;
+  const bool controlled = machine.ambModel() == AmbModel::linear;
+  const auto& rig = model.rig;
+  double value[4], slope[4];
+  for (int a = 0; a < 4; ++a) parabola(rec, a, first, count, first, value[a], slope[a]);
+  const int n = machine.rotor().modes();
+  for (int axis = 0; axis < 2; ++axis) {
+    // two sensors, two rigid coordinates
+    const double za = rig.planes.sensor[0], zb = rig.planes.sensor[1];
+    for (int rate = 0; rate < 2; ++rate) {
+      const double a = rate ? slope[axis] : value[axis], b = rate ? slope[2 + axis] : value[2 + axis];
+      double* q = state.mechanics.data() + 2 * n * rate + axis * n;
+      if (n == 1) {
+        q[0] = 0.5 * (a + b);
+      } else {
+        q[1] = (b - a) / (zb - za);
+        q[0] = a - za * q[1];
+      }
+    }
+  }
+  for (int a = 0; a < 4; ++a) {
+    double current = 0.0, unused = 0.0;
+    if (rec.noise[4 + a] > 0.0) parabola(rec, 4 + a, first, 4, first, current, unused);
+    state.current[a] = current;
+    const std::size_t lags = state.lag.size() / 4;
+    for (std::size_t j = 0; j < lags; ++j) state.lag[a * lags + j] = current;
+  }
+  if (controlled) {
+    const double rate = rig.controller.sample_rate_hz, delay = rig.controller.delay_s;
+    const long samples_before = static_cast<long>(std::ceil(delay * rate)) + 1;
+    for (long k = state.next_sample - samples_before; k < state.next_sample; ++k) {
+      const double at = k / rate * rec.run.sample_rate_hz;  // in recorded instants
+      PendingCommand<double> command;
+      command.due = k / rate + delay;
+      for (int a = 0; a < 4; ++a) {
+        const double s = value[a] + slope[a] * (at - first) / rec.run.sample_rate_hz;
+        command.command[a] = -(rig.controller.kp_A_per_m * s + rig.controller.kd_A_s_per_m * slope[a]);
+        state.controller[a].previous_signal = s;
+        state.controller[a].derivative = slope[a];
+      }
+      if (command.due <= time + 1e-9)
+        std::copy(command.command, command.command + 4, state.command);
+      else
+        state.pending.push_back(command);
+    }
+  }
+  if (spin != Spin::prescribed) {
+    const ShaftInstant shaft = shaftAt(rec, model, time);
+    state.mechanics[machine.stateSize() - 2] = shaft.angle;
+    state.mechanics[machine.stateSize() - 1] = shaft.speed;
+  }
+  return state;
+}
+
+}  // namespace amb_rotor
