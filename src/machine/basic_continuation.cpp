@@ -22,6 +22,8 @@ struct Node {
   double flip_test = 0.0, torus_test = 0.0;
 };
 
+constexpr std::size_t most_branches = 12;
+
 class Follower {
  public:
   Follower(const ContinuationProblem& problem, const ContinuationOptions& options, int turns)
@@ -95,6 +97,7 @@ class Follower {
   void follow(Node now, Branch& branch) const {
     double length = options_.first_step;
     for (int i = 0; i < options_.most_points; ++i) {
+      if (options_.alive) options_.alive();
       int iterations = 0;
       const auto next = step(now, length, &iterations);
       // A tangent that turns sharply, or a jump to another branch, is a step too long.
@@ -268,7 +271,7 @@ Branch followBranch(const ContinuationProblem& problem, const ContinuationOption
   return *branch;
 }
 
-std::vector<Branch> runContinuation(const BasicSweep& sweep) {
+std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function<void()>& alive) {
   const ContinuationRequest& request = sweep.continuation;
   ContinuationProblem problem;
   problem.parameter = request.parameter;
@@ -288,6 +291,7 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep) {
   options.from = request.from;
   options.to = request.to;
   options.first_step = request.first_step;
+  options.alive = alive;
   std::vector<Branch> branches;
   for (const auto& start : request.starts) {
     BasicLaneOptions run = sweep.run;
@@ -297,7 +301,7 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep) {
     const auto settled = runBasicLanes({problem.machineAt(start.at)}, {initial}, run).end.front();
     branches.push_back(followBranch(problem, options, start.at, settled, start.turns));
   }
-  for (std::size_t i = 0; i < branches.size() && branches.size() < 40; ++i) {
+  for (std::size_t i = 0; i < branches.size() && branches.size() < most_branches; ++i) {
     if (2 * branches[i].turns > options.most_turns) continue;
     const auto flips = branches[i].bifurcations;
     for (const auto& flip : flips) {

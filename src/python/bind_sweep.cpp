@@ -1,10 +1,13 @@
 // amb_rotor._core: the basic model's lanes and sweeps.
+#include <pybind11/complex.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <cstring>
 
+#include "amb_rotor/machine/basic_annular_rub.hpp"
+#include "amb_rotor/machine/basic_continuation.hpp"
 #include "amb_rotor/machine/basic_sweep.hpp"
 
 namespace py = pybind11;
@@ -42,6 +45,14 @@ py::dict asDict(const BasicLaneResult& r, const std::vector<BasicMotion>& motion
     exponents.push_back(exponentPerTime(r.lyapunov[i], frequency_ratios[i]));
   }
   if (!exponents.empty()) d["largest_lyapunov"] = numbers(exponents);
+  if (motions.empty() && r.turns_kept > 0) {
+    py::array_t<int> periods(n);
+    for (std::size_t i = 0; i < r.machines; ++i) {
+      const auto* first = &r.sections[i * static_cast<std::size_t>(r.turns_kept)];
+      periods.mutable_at(static_cast<py::ssize_t>(i)) = r.diverged[i] ? 0 : basicPeriod(first, r.turns_kept);
+    }
+    d["period"] = periods;
+  }
   if (!motions.empty()) {
     py::list regimes;
     py::array_t<int> periods(n);
@@ -99,10 +110,70 @@ py::dict runLanes(const Columns& parameters,
   return asDict(result, motions, frequency_ratios);
 }
 
+py::dict asDict(const BranchPoint& p) {
+  py::dict d;
+  d["parameter"] = p.parameter;
+  d["state"] = py::make_tuple(p.state.x, p.state.y, p.state.vx, p.state.vy);
+  d["multipliers"] = std::vector<std::complex<double>>(p.multipliers.begin(), p.multipliers.end());
+  d["stable"] = p.stable;
+  d["max_radius"] = p.max_radius;
+  d["contact_fraction"] = p.contact_fraction;
+  d["touch_downs"] = p.touch_downs;
+  return d;
+}
+
+py::list continuation(const BasicSweep& sweep) {
+  if (!sweep.continuation.given) {
+    throw InputError({{"", 0, "continuation", "", "the key is missing: what to follow, and from where"}});
+  }
+  std::vector<Branch> branches;
+  {
+    py::gil_scoped_release release;
+    branches = runContinuation(sweep, [] {
+      py::gil_scoped_acquire acquire;  // Ctrl-C
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    });
+  }
+  py::list all;
+  for (const auto& branch : branches) {
+    py::dict d;
+    py::list points, bifurcations;
+    for (const auto& point : branch.points) points.append(asDict(point));
+    for (const auto& found : branch.bifurcations) {
+      py::dict b = asDict(found.at);
+      b["kind"] = name(found.kind);
+      bifurcations.append(b);
+    }
+    d["turns"] = branch.turns;
+    d["points"] = points;
+    d["bifurcations"] = bifurcations;
+    d["ended"] = branch.ended;
+    all.append(d);
+  }
+  return all;
+}
+
+NamedValues namedValues(const std::map<std::string, double>& values) { return {values.begin(), values.end()}; }
+
 }  // namespace
 
 void bindSweep(py::module_& m) {
   m.def("basic_parameter_names", &basicParameterNames);
+  m.def("annular_rub_border",
+        [](const std::map<std::string, double>& values) {
+          return annularRubFrictionBorder(basicParametersFrom(namedValues(values)));
+        },
+        py::arg("parameters"), "Friction at which the synchronous full annular rub loses its stability.");
+  m.def("annular_rub_radii",
+        [](const std::map<std::string, double>& values) {
+          return annularRubRadii(basicParametersFrom(namedValues(values)));
+        },
+        py::arg("parameters"));
+  m.def("annular_rub_stable",
+        [](const std::map<std::string, double>& values, double radius) {
+          return annularRubStable(basicParametersFrom(namedValues(values)), radius);
+        },
+        py::arg("parameters"), py::arg("radius"));
   m.def("run_basic_lanes", &runLanes, py::arg("parameters"), py::arg("initial"), py::arg("contact") = "linear",
         py::arg("friction") = "spin", py::arg("steps_per_turn") = 200, py::arg("turns_skipped") = 400,
         py::arg("turns_kept") = 100, py::arg("regimes") = true, py::arg("threads") = 0,
@@ -128,6 +199,8 @@ void bindSweep(py::module_& m) {
                                for (const auto& [key, value] : s.parameters) values[py::str(key)] = value;
                                return values;
                              })
+      .def_property_readonly("continued_parameter", [](const BasicSweep& s) { return s.continuation.parameter; })
+      .def("run_continuation", &continuation, "Branches of periodic motion that the file asks for.")
       .def("values_at", &BasicSweep::valuesAt, py::arg("point"))
       .def(
           "run",

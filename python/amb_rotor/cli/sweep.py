@@ -134,10 +134,7 @@ def _sweep(args, path: pathlib.Path) -> int:
     import collections
     from amb_rotor import _core
     from amb_rotor.sweeps import draw
-    try:
-        sweep = _core.BasicSweep(str(path))
-    except RuntimeError as error:  # an InputError of the core
-        raise InputError(str(error)) from error
+    sweep = _core.BasicSweep(str(path))
     folder = common.out_folder(args, "sweep", sweep.name)
     points, seconds, steps = _gather(args, path, sweep, folder / "parts")
     axes = sweep.axes

@@ -107,3 +107,47 @@ def score_map(title: str, grid: dict, hits, total: int, folder: pathlib.Path) ->
     figure.colorbar(mesh, label="best agreement over the other axes [%]")
     axis.set(title=title, xlabel=label(right), ylabel=label(up))
     return save(figure, folder, "search")
+
+
+BIFURCATION_MARKS = {"fold": ("s", "fold"), "flip": ("^", "flip (period doubling)"),
+                     "neimark_sacker": ("D", "Neimark-Sacker"), "grazing": ("o", "grazing")}
+
+
+def branches(title: str, parameter: str, found: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:
+    """Branches of periodic motion: stable solid, unstable dotted, bifurcations marked."""
+    pyplot = _pyplot()
+    figure, axes = pyplot.subplots(2, 1, figsize=(9, 7), sharex=True, gridspec_kw={"hspace": 0.08})
+    colours = {1: "#08519c", 2: "#a63603", 4: "#006d2c", 8: "#54278f"}
+    quantities = ((lambda point: point["state"][0], "x once a period / clearance"),
+                  (lambda point: point["max_radius"], "largest distance from the bearing's centre / clearance"))
+    drawn = set()
+    for axis, (quantity, text) in zip(axes, quantities):
+        for branch in found:
+            colour = colours.get(branch["turns"], "#636363")
+            x = numpy.array([point["parameter"] for point in branch["points"]])
+            y = numpy.array([quantity(point) for point in branch["points"]])
+            stable = numpy.array([point["stable"] for point in branch["points"]])
+            begin = 0
+            for index in range(1, len(x) + 1):
+                if index == len(x) or stable[index] != stable[begin]:
+                    part = slice(begin, min(index + 1, len(x)))
+                    axis.plot(x[part], y[part], "-" if stable[begin] else ":", color=colour,
+                              linewidth=1.8 if stable[begin] else 1.1)
+                    begin = index
+            for mark in branch["bifurcations"]:
+                shape, _ = BIFURCATION_MARKS[mark["kind"]]
+                axis.plot(mark["parameter"], quantity(mark), shape, color=colour, markersize=4, markerfacecolor="white")
+                drawn.add(mark["kind"])
+        axis.set_ylabel(text)
+        axis.grid(alpha=0.3)
+    handles = [pyplot.Line2D([], [], color=colours.get(turns, "#636363"), label=f"period {turns}")
+               for turns in sorted({branch["turns"] for branch in found})]
+    handles += [pyplot.Line2D([], [], color="k", linestyle=style, label=text)
+                for style, text in (("-", "stable"), (":", "unstable"))]
+    handles += [pyplot.Line2D([], [], color="k", marker=BIFURCATION_MARKS[kind][0], linestyle="", label=text,
+                              markerfacecolor="white", markersize=4)
+                for kind, text in ((kind, BIFURCATION_MARKS[kind][1]) for kind in BIFURCATION_MARKS if kind in drawn)]
+    axes[0].set_title(title)
+    axes[0].legend(handles=handles, fontsize=8, ncol=2)
+    axes[1].set_xlabel(label(parameter))
+    return save(figure, folder, "branches")

@@ -114,7 +114,7 @@ def run_search(search: Search, progress=None) -> tuple[numpy.ndarray, numpy.ndar
         turns, kept = search.run["turns"], search.run["kept_turns"]
         result = _core.run_basic_lanes(columns, numpy.array(search.initial, float), contact=search.contact,
                                        steps_per_turn=search.run["steps_per_turn"], turns_skipped=turns - kept,
-                                       turns_kept=kept, regimes=True)
+                                       turns_kept=kept, regimes=False)
         hits[first:first + batch] = agreement(search, result["period"].reshape(len(part), -1))
         if progress:
             progress(len(part))

@@ -1,0 +1,169 @@
+"""`amb bench`: ours and the peers that are installed, on the same work, in one run."""
+from __future__ import annotations
+
+import json
+import math
+import os
+import pathlib
+import platform
+import shutil
+import subprocess
+import time
+
+from amb_rotor.cli import common
+from amb_rotor.errors import InputError
+
+HELP = "speed and accuracy beside Octave, SciPy, Boost.odeint and SUNDIALS, as a table and a picture"
+EXAMPLE = "amb bench --out out/bench"
+TURNS, ETA, DAMPING, ECCENTRICITY, ALPHA, MU = 300, 1.05, 0.0347, 0.0973, 13.68, 0.015
+
+OCTAVE = f"""
+1;
+function r = f(t, q)
+  radius = sqrt(q(1)^2 + q(2)^2); n = {ALPHA} * max(0, 1 - 1 / radius); w = {ETA};
+  r = [q(3); q(4);
+       w^2 * {ECCENTRICITY} * cos(w*t) - {DAMPING}*q(3) - q(1) - n*(q(1) - {MU}*q(2));
+       w^2 * {ECCENTRICITY} * sin(w*t) - {DAMPING}*q(4) - q(2) - n*(q(2) + {MU}*q(1))];
+end
+o = odeset('RelTol', 1e-8, 'AbsTol', 1e-8);
+tic; [t, q] = ode45(@f, [0 {TURNS} * 2 * pi / {ETA}], [1; 0; 0; 0], o); s = toc;
+printf('%.6f %.15g %.15g\\n', s, q(end, 1), q(end, 2));
+"""
+
+
+def add_arguments(parser) -> None:
+    common.add_out(parser, "bench")
+    parser.add_argument("--programs", metavar="DIR", help="folder of the benchmark programs (default: built here)")
+    parser.add_argument("--no-octave", action="store_true", help="leave out Octave, which takes a minute")
+    parser.add_argument("--repetitions", type=int, default=3, metavar="N", help="of each; the median counts")
+
+
+def _programs(args) -> pathlib.Path:
+    if args.programs:
+        return common.input_path(args.programs)
+    from amb_rotor import _core
+    root = pathlib.Path(__file__).resolve().parents[3]
+    build = pathlib.Path(os.environ.get("AMB_ROTOR_BUILD_DIR", root / "build"))
+    if not (root / "CMakeLists.txt").exists():
+        raise InputError(f"the benchmarks are built from the sources, which are not beside {_core.__file__}; "
+                         "give --programs")
+    for command in (["cmake", "-S", root, "-B", build, "-DAMB_ROTOR_WITH_BENCH=ON"],
+                    ["cmake", "--build", build, "--target", "amb_rotor_bench"]):
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        if done.returncode:
+            raise RuntimeError(done.stdout[-2000:])
+    return build / "bench"
+
+
+def _google_benchmark(program: pathlib.Path, repetitions: int) -> list[dict]:
+    done = subprocess.run([program, "--benchmark_format=json", f"--benchmark_repetitions={repetitions}",
+                           "--benchmark_report_aggregates_only=true"], capture_output=True, text=True, check=True)
+    return [run for run in json.loads(done.stdout)["benchmarks"] if run.get("aggregate_name") == "median"]
+
+
+def _rate(t, q):
+    x, y, vx, vy = q
+    n = ALPHA * max(0.0, 1.0 - 1.0 / math.hypot(x, y))
+    force = ETA * ETA * ECCENTRICITY
+    return (vx, vy, force * math.cos(ETA * t) - DAMPING * vx - x - n * (x - MU * y),
+            force * math.sin(ETA * t) - DAMPING * vy - y - n * (y + MU * x))
+
+
+def _scipy(repetitions: int):
+    from scipy.integrate import solve_ivp
+    end = TURNS * 2.0 * math.pi / ETA
+    for method in ("RK45", "DOP853", "LSODA"):
+        times = []
+        for _ in range(repetitions):
+            began = time.perf_counter()
+            solution = solve_ivp(_rate, (0.0, end), (1.0, 0.0, 0.0, 0.0), method=method, rtol=1e-8, atol=1e-8)
+            times.append(time.perf_counter() - began)
+        yield f"SciPy {method}", sorted(times)[len(times) // 2], solution.y[:2, -1]
+
+
+def _octave():
+    done = subprocess.run(["octave-cli", "--no-init-file", "--quiet", "--eval", OCTAVE], capture_output=True, text=True,
+                          check=True)
+    seconds, x, y = (float(word) for word in done.stdout.split())
+    return "Octave ode45", seconds, (x, y)
+
+
+def _processor() -> str:
+    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor()
+
+
+def _single_runs(args, folder: pathlib.Path) -> list[dict]:
+    """name, seconds of one run, error of the end position."""
+    rows = []
+    for run in _google_benchmark(folder / "basic_single_run", args.repetitions):
+        scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[run["time_unit"]]
+        name = run["run_name"]
+        seconds = run["cpu_time"] * scale / run.get("machines", 1.0)
+        rows.append({"name": name, "seconds": seconds, "error": run["error"], "ours": name.startswith(("lanes", "event"))})
+    import numpy
+    from amb_rotor import _core
+    fine = _core.run_basic_lanes({"frequency_ratio": numpy.array([ETA])}, numpy.array([1.0, 0, 0, 0]),
+                                 steps_per_turn=12800, turns_skipped=TURNS, turns_kept=0, regimes=False)["end"][0]
+    peers = list(_scipy(args.repetitions))
+    if not args.no_octave and shutil.which("octave-cli"):
+        peers.append(_octave())
+    for name, seconds, (x, y) in peers:
+        rows.append({"name": name + "/8", "seconds": seconds, "error": math.hypot(x - fine[0], y - fine[1]),
+                     "ours": False})
+    return rows
+
+
+def _table(rows: list[dict]) -> list[str]:
+    lane = next(row["seconds"] for row in rows if row["name"] == "lanes_rk4/steps:200")
+    event = next(row["seconds"] for row in rows if row["name"] == "event_accurate/8")
+    lines = ["| integrator / tolerance digits | seconds a run | error of the end | times lanes (200 steps) | "
+             "times event_accurate/8 |", "|---|---|---|---|---|"]
+    for row in sorted(rows, key=lambda row: row["seconds"]):
+        lines.append(f"| {row['name']} | {row['seconds']:.3g} | {row['error']:.1e} | {row['seconds'] / lane:.3g} | "
+                     f"{row['seconds'] / event:.3g} |")
+    return lines
+
+
+def _picture(rows: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:
+    from amb_rotor.sweeps import draw
+    pyplot = draw._pyplot()
+    figure, axis = pyplot.subplots(figsize=(7.5, 5))
+    families: dict[str, list] = {}
+    for row in rows:
+        families.setdefault(row["name"].split("/")[0], []).append(row)
+    for family, members in families.items():
+        members.sort(key=lambda row: row["error"])
+        axis.loglog([row["error"] for row in members], [row["seconds"] for row in members],
+                    "o-" if members[0]["ours"] else "s--", label=family)
+    axis.set(xlabel="error of the end position / clearance", ylabel="seconds a run of 300 turns",
+             title="Basic model in rub: work against precision, one core")
+    axis.grid(alpha=0.3, which="both")
+    axis.legend(fontsize=8)
+    return draw.save(figure, folder, "work_precision")
+
+
+def run(args) -> int:
+    if args.repetitions < 1:
+        raise InputError("--repetitions: at least 1")
+    folder = common.out_folder(args, "bench", "all")
+    programs = _programs(args)
+    lines = [f"Machine: {_processor()}, {os.cpu_count()} processors; load {os.getloadavg()[0]:.1f} at the start."]
+    lanes = _google_benchmark(programs / "basic_lanes_avx2", args.repetitions)
+    lines += ["", "Lanes of the basic model (256 machines, 100 turns of 200 steps):", "",
+              "| kernel | machine-steps/s | share of the hand-written kernel |", "|---|---|---|"]
+    rates = {run["run_name"].removesuffix("/real_time").removeprefix("basic_lanes/"): run["items_per_second"]
+             for run in lanes}
+    hand = rates.get("hand_avx2/threads:1", math.nan)
+    lines += [f"| {name} | {rate:.3g} | {rate / hand:.2f} |" for name, rate in rates.items()]
+    rows = _single_runs(args, programs)
+    lines += ["", f"One run of {TURNS} turns in rub (frequency ratio {ETA}), one core; lanes: time of one of 1024:", ""]
+    lines += _table(rows)
+    print("\n".join(lines))
+    common.write_json(args, {"lanes": rates, "single_runs": rows})
+    common.atomic_write(folder / "performance.md", "\n".join(lines) + "\n")
+    _picture(rows, folder)
+    common.report_line(folder / "performance.md")
+    return 0

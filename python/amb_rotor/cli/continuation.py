@@ -1,0 +1,49 @@
+"""`amb continue`: branches of periodic motion, stable and unstable, with their bifurcations."""
+from __future__ import annotations
+
+import time
+
+from amb_rotor.cli import common
+
+HELP = "branches of periodic motion, stable and unstable, with their bifurcations"
+EXAMPLE = "amb continue config/thesis/fig_6_2.yaml --out out/branches"
+
+
+def add_arguments(parser) -> None:
+    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1 with a `continuation`")
+    common.add_out(parser, "continue")
+
+
+def _plain(point: dict) -> dict:
+    plain = {key: value for key, value in point.items() if key != "multipliers"}
+    plain["multipliers"] = [[value.real, value.imag] for value in point["multipliers"]]
+    return plain
+
+
+def run(args) -> int:
+    from amb_rotor import _core
+    from amb_rotor.sweeps import draw
+    path = common.input_path(args.sweep)
+    began = time.perf_counter()
+    sweep = _core.BasicSweep(str(path))
+    found = sweep.run_continuation()
+    seconds = time.perf_counter() - began
+    folder = common.out_folder(args, "continue", sweep.name)
+    for branch in found:
+        low = min(point["parameter"] for point in branch["points"])
+        high = max(point["parameter"] for point in branch["points"])
+        stable = sum(point["stable"] for point in branch["points"])
+        print(f"period {branch['turns']}: {len(branch['points'])} points, {sweep.continued_parameter} {low:.5g} to "
+              f"{high:.5g}, {stable} stable; {branch['ended'].rstrip('; ')}")
+        for mark in branch["bifurcations"]:
+            largest = mark["multipliers"][0]
+            print(f"    {mark['kind']:<15} at {mark['parameter']:.6f}  multiplier {largest.real:+.5f} "
+                  f"{largest.imag:+.5f}j  x {mark['state'][0]:+.5f}  touch-downs {mark['touch_downs']}")
+    print(f"{len(found)} branches, {seconds:.1f} s")
+    result = {"name": sweep.name, "parameter": sweep.continued_parameter,
+              "branches": [{**branch, "points": [_plain(point) for point in branch["points"]],
+                            "bifurcations": [_plain(mark) for mark in branch["bifurcations"]]} for branch in found]}
+    common.write_json(args, result)
+    pictures = draw.branches(sweep.title, sweep.continued_parameter, found, folder)
+    common.report_line(pictures[0])
+    return 0
