@@ -1,0 +1,81 @@
+"""`amb check`: whether a file is valid, and every fault in it."""
+from __future__ import annotations
+
+import pathlib
+
+from amb_rotor.cli import common
+from amb_rotor.errors import InputError
+
+HELP = "say whether a model, scenario, sweep or data set is valid, and every fault in it"
+EXAMPLE = "amb check config/thesis/levitation_model.yaml"
+
+
+def add_arguments(parser) -> None:
+    parser.add_argument("file", metavar="FILE", help="model, scenario, sweep, or the folder of a data set")
+
+
+def _format_of(path: pathlib.Path) -> str:
+    import yaml
+    try:
+        document = yaml.safe_load(path.read_text())
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error}") from error
+    name = document.get("format") if isinstance(document, dict) else None
+    if not isinstance(name, str):
+        raise InputError(f"{path}: no key `format`: amb-model/1, amb-scenario/1, amb-sweep/1, amb-dataset/1 ...")
+    return name
+
+
+def _check_dataset(folder: pathlib.Path) -> str:
+    from amb_rotor import _core
+    if _core.is_modes_dataset(str(folder)):
+        dataset = _core.read_modes_dataset(str(folder))
+        return f"data set of modes {dataset.name}: {len(dataset.points)} measurements of {dataset.mode_count} modes"
+    dataset = _core.read_dataset(str(folder))
+    faults, samples = [], 0
+    for run in common.progress(dataset.runs, "tables"):
+        try:
+            samples += dataset.table(run["id"])["t_s"].size
+        except InputError as error:
+            faults += error.faults
+    if faults:
+        raise InputError(faults)
+    return f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
+
+
+def _check_file(path: pathlib.Path, kind: str) -> str:
+    from amb_rotor import _core
+    if kind == "amb-model/1":
+        model = _core.read_model(str(path))
+        effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
+        return f"model {model.name}: {model.rotor_model}, AMB {model.amb_model}, effects: {effects}; hash {model.hash}"
+    if kind == "amb-scenario/1":
+        scenario = _core.read_scenario(str(path))
+        return f"scenario {scenario.name}: {scenario.duration_s:g} s"
+    if kind == "amb-sweep/1":
+        sweep = _core.BasicSweep(str(path))
+        return f"sweep {sweep.name}: {sweep.size} points"
+    if kind == "amb-search/1":
+        from amb_rotor.sweeps import search
+        return f"search {search.read_search(path).name}"
+    if kind == "amb-diagnosis/1":
+        return "diagnosis"
+    raise InputError(f"{path}: format {kind!r} is not known; amb-model/1, amb-scenario/1, amb-sweep/1, amb-search/1, "
+                     "amb-dataset/1 are")
+
+
+def run(args) -> int:
+    path = common.input_path(args.file)
+    is_dataset = path.is_dir() or path.name == "dataset.yaml"
+    kind = "amb-dataset/1" if is_dataset else _format_of(path)
+    try:
+        if kind == "amb-dataset/1":
+            text = _check_dataset(path if path.is_dir() else path.parent)
+        else:
+            text = _check_file(path, kind)
+    except InputError as error:
+        common.write_json(args, {"valid": False, "format": kind, "faults": error.faults})
+        raise
+    common.write_json(args, {"valid": True, "format": kind, "faults": []})
+    print(f"{path}: valid {kind}: {text}")
+    return 0

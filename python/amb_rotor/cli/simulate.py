@@ -1,0 +1,86 @@
+"""`amb simulate`: one run of one machine, in process."""
+from __future__ import annotations
+
+import pathlib
+
+from amb_rotor import models
+from amb_rotor.cli import common
+from amb_rotor.errors import InputError
+
+HELP = "run a model through a scenario, in process"
+EXAMPLE = "amb simulate config/thesis/levitation_model.yaml --scenario config/thesis/overload.yaml --out overload.csv"
+
+
+def add_arguments(parser) -> None:
+    models.add_model(parser)
+    parser.add_argument("--scenario", metavar="S", required=True, help="file of format amb-scenario/1")
+    parser.add_argument("--out", metavar="F", help="table to write: .csv, .csv.gz or .npz "
+                                                   "(default: out/simulate-NAME/run.csv)")
+
+
+def write_csv(path: pathlib.Path, columns: dict) -> None:
+    """A table with one header line; numbers to 12 digits."""
+    import gzip
+    import numpy
+    with common.atomic_path(path) as part:
+        opened = gzip.open(part, "wt", newline="") if path.name.endswith(".gz") else open(part, "w", newline="")
+        with opened as file:
+            file.write(",".join(columns) + "\n")
+            numpy.savetxt(file, numpy.column_stack(list(columns.values())), fmt="%.12g", delimiter=",")
+
+
+def write_npz(path: pathlib.Path, columns: dict, model, scenario) -> None:
+    import numpy
+    with common.atomic_path(path) as part:
+        numpy.savez(part, **columns, model=numpy.array(model.text), model_hash=numpy.array(model.hash),
+                    scenario=numpy.array(scenario.text))
+
+
+def run(args) -> int:
+    import time
+    from amb_rotor import _core
+    model = models.load(args)
+    scenario = _core.read_scenario(str(common.input_path(args.scenario)))
+    path = pathlib.Path(args.out) if args.out else \
+        pathlib.Path("out") / f"simulate-{models.stem(args.scenario)}" / "run.csv"
+    if not path.name.endswith((".csv", ".csv.gz", ".npz")):
+        raise InputError(f"{path}: must end in .csv, .csv.gz or .npz (a bag: `amb launch ... --record`, or "
+                         "`amb convert` afterwards)")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    began = time.perf_counter()
+    result = _core.simulate(model, scenario)
+    seconds = time.perf_counter() - began
+    if path.suffix == ".npz":
+        write_npz(path, result["columns"], model, scenario)
+    else:
+        write_csv(path, result["columns"])
+        model.write(str(path) + ".model.yaml")
+    summary = _summary(model, scenario, result, seconds)
+    print(f"model {model.name} ({model.hash}), scenario {scenario.name}: {summary['duration_s']:g} s in {seconds:.2f} s"
+          f" of computing, {result['steps']} steps, {result['events']} events")
+    print(f"largest radius in the auxiliary bearings: {summary['max_radius']:.3f} of the clearance; "
+          f"{summary['contacts']} contacts, {100 * summary['contact_fraction']:.1f} % of the time; "
+          f"largest contact force {summary['max_contact_force_N']:.4g} N")
+    common.write_json(args, summary)
+    if result["status"] != "ok":
+        print(f"the run ended at {result['time_s']:.6g} s: {result['reason']}")
+    common.report_line(path)
+    return 0 if result["status"] == "ok" else 1
+
+
+def _summary(model, scenario, result: dict, seconds: float) -> dict:
+    import numpy
+    columns = result["columns"]
+    radius, fraction, force = 0.0, 0.0, 0.0
+    for end in "ab":
+        place = numpy.hypot(columns[f"aux_{end}x_m"], columns[f"aux_{end}y_m"])
+        radius = max(radius, float(numpy.max(place, initial=0.0)) / result["clearance_m"])
+        force = max(force, float(numpy.max(columns[f"normal_force_{end}_N"], initial=0.0)))
+    touching = (columns["normal_force_a_N"] > 0) | (columns["normal_force_b_N"] > 0)
+    if touching.size:
+        fraction = float(numpy.mean(touching))
+    return {"model": model.name, "model_hash": model.hash, "scenario": scenario.name, "status": result["status"],
+            "reason": result["reason"], "duration_s": scenario.duration_s, "time_s": result["time_s"],
+            "samples": int(columns["t_s"].size), "max_radius": radius, "contact_fraction": fraction,
+            "contacts": len(result["contacts"]), "max_contact_force_N": force, "steps": result["steps"],
+            "events": result["events"], "seconds": seconds}
