@@ -79,8 +79,9 @@ TEST(IntegrationOrder, FiveForASmoothMotion) {
 TEST(IntegrationOrder, FiveThroughContactEvents) {
   const End truth = bounceEnd(byTolerance(1e-13));
   ASSERT_GE(truth.touches, 3) << "the test is about contact";
-  // The place of an event within a step moves as the step is halved, which makes the error of a single halving
-  // uneven; over a factor of 16 the slope must still be near 5 (a method that steps over events has 1 to 2).
+  // The place of an event within a step moves as the step is halved, which makes the error of a single
+  // halving uneven; over a factor of 16 the slope must still be near 5 (a method that steps over events has 1
+  // to 2).
   std::vector<double> errors;
   for (int steps : {500, 1000, 2000, 4000, 8000}) {
     const End end = bounceEnd(fixedStep(1.0 / steps));

@@ -1,5 +1,6 @@
-// Energy and angular momentum of the complete machine over a drop with more than 100 impacts: gravity, compliant
-// mounts, ring spin-up, a free spin, friction and contact damping. What is dissipated is integrated beside the state.
+// Energy and angular momentum of the complete machine over a drop with more than 100 impacts: gravity,
+// compliant mounts, ring spin-up, a free spin, friction and contact damping. What is dissipated is integrated
+// beside the state.
 #include <gtest/gtest.h>
 
 #include "../support/models.hpp"
@@ -61,7 +62,8 @@ struct Balanced final : HybridSystem {
     return 0.5 * n.contact * d * d;
   }
   void onEvent(int end, double, double* y) override {
-    // a damped contact parts while it is still pressed in: what the spring held is lost (and the other way round)
+    // a damped contact parts while it is still pressed in: what the spring held is lost (and the other way
+    // round)
     mode[end] = 1 - mode[end];
     lost_at_events += (mode[end] == 0 ? 1.0 : -1.0) * elastic(end, y);
     touches += mode[end];
@@ -78,8 +80,9 @@ struct Balanced final : HybridSystem {
       power -= c.friction_force * c.slip;
       power += n.mount_damping * (b[2] * b[2] + b[3] * b[3]) + n.drag * std::tanh(ring) * ring;
       torque -= n.mount_damping * (b[0] * b[3] - b[1] * b[2]) + n.drag * std::tanh(ring);
-      // the arms of the friction on rotor and ring, radius and radius plus clearance, differ from the distance of
-      // the centres by the penetration: a torque that the model makes from nothing (section 5 of doc/physics.md)
+      // the arms of the friction on rotor and ring, radius and radius plus clearance, differ from the
+      // distance of the centres by the penetration: a torque that the model makes from nothing (section 5 of
+      // doc/physics.md)
       torque += c.friction_force * c.penetration;
     }
     rate[states] = power;
@@ -130,8 +133,8 @@ TEST(BalanceProperty, EnergyOfADropWithRingAndFreeSpin) {
   const Machine<double> machine({&model}, Spin::free);
   Balanced system(machine, n);
   std::vector<double> y(system.size(), 0.0), start;
-  y[1] = 1e-4;   // tilted, so that the ends touch apart
-  y[4] = 0.01;   // thrown sideways
+  y[1] = 1e-4;  // tilted, so that the ends touch apart
+  y[4] = 0.01;  // thrown sideways
   const double speed = 60.0;
   y[system.states - 1] = speed;
   std::vector<double> begin = y;

@@ -1,5 +1,5 @@
-// Contact and friction of the assembled machine: symmetry, signs, passivity, action and reaction. Each state is
-// chosen in contact, and asserted to be.
+// Contact and friction of the assembled machine: symmetry, signs, passivity, action and reaction. Each state
+// is chosen in contact, and asserted to be.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -137,7 +137,8 @@ INSTANTIATE_TEST_SUITE_P(ContactProperty, Contacts, ::testing::Values(false, tru
                          [](const auto& info) { return info.param ? "Hertz" : "Linear"; });
 
 TEST(ContactProperty, ActionIsReactionAcrossMountAndFoundation) {
-  // rotor, two mounts, foundation: momentum changes only by gravity on the rotor and the foundation's own spring
+  // rotor, two mounts, foundation: momentum changes only by gravity on the rotor and the foundation's own
+  // spring
   Model model = everything(false);
   model.rig.gravity_m_s2 = 9.81;
   const double mass = 30.0, hz = 50.0, ratio = 0.03, w = radPerSecond(hz);
@@ -155,7 +156,8 @@ TEST(ContactProperty, ActionIsReactionAcrossMountAndFoundation) {
     for (int i : {0, 1}) y[i] = 3e-4 * unit(random);
     for (int i = 2; i < 4; ++i) y[i] = 0.3 * unit(random);
     for (int i : {stator, stator + 1, mount, mount + 1, mount + 4, mount + 5}) y[i] = 2e-5 * unit(random);
-    for (int i : {stator + 2, stator + 3, mount + 2, mount + 3, mount + 6, mount + 7}) y[i] = 0.1 * unit(random);
+    for (int i : {stator + 2, stator + 3, mount + 2, mount + 3, mount + 6, mount + 7})
+      y[i] = 0.1 * unit(random);
     Inputs<double> in;
     in.shaft = Shaft<double>::at(0.0, 300.0, 0.0);
     Observation<double> seen;

@@ -1,4 +1,5 @@
-// What the event integrator must keep whatever the system: energy, count of events, typed results, no allocation.
+// What the event integrator must keep whatever the system: energy, count of events, typed results, no
+// allocation.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -59,7 +60,8 @@ TEST(IntegrationProperty, EnergyIsKeptOverTenThousandImpacts) {
 }
 
 TEST(IntegrationProperty, BouncesFollowTheClosedForm) {
-  // Free fall from h, then a half wave of the spring about its loaded rest: x = -(g/w^2)(1 - cos wt) - v/w sin wt.
+  // Free fall from h, then a half wave of the spring about its loaded rest: x = -(g/w^2)(1 - cos wt) - v/w
+  // sin wt.
   FloorBounce system;
   const double height = 0.02, g = system.gravity, w = std::sqrt(system.stiffness);
   const double fall = std::sqrt(2.0 * height / g), v = g * fall;
@@ -86,7 +88,9 @@ struct Graze final : HybridSystem {
     rate[0] = y[1];
     rate[1] = -9.81 - (mode == 1 ? 1e6 * y[0] : 0.0);
   }
-  void guardValues(double, const double* y, double* guard) const override { guard[0] = mode == 1 ? y[0] : -y[0]; }
+  void guardValues(double, const double* y, double* guard) const override {
+    guard[0] = mode == 1 ? y[0] : -y[0];
+  }
   void onEvent(int, double, double*) override {
     mode = 1 - mode;
     touches += mode;
@@ -94,8 +98,8 @@ struct Graze final : HybridSystem {
 };
 
 TEST(IntegrationProperty, AGrazingContactIsSeenInsideAStep) {
-  // Apex above the ceiling by a millionth to a tenth of the height, wherever in the step it falls: free flight is
-  // a parabola that the method integrates exactly, so its steps would be as long as they may.
+  // Apex above the ceiling by a millionth to a tenth of the height, wherever in the step it falls: free
+  // flight is a parabola that the method integrates exactly, so its steps would be as long as they may.
   for (double excess : {1e-6, 1e-4, 1e-2, 1e-1}) {
     for (double span : {0.17, 0.23, 0.4, 1.0}) {
       Graze system;

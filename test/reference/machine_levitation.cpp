@@ -1,5 +1,6 @@
-// Levitated runs against an independent model in discrete time (support/linear_levitation.hpp): sampled PID on
-// sensors beside the magnets, any delay, amplifier lag, current limit, step, impulse and chirp of force and current.
+// Levitated runs against an independent model in discrete time (support/linear_levitation.hpp): sampled PID
+// on sensors beside the magnets, any delay, amplifier lag, current limit, step, impulse and chirp of force
+// and current.
 #include <gtest/gtest.h>
 
 #include "../support/linear_levitation.hpp"
@@ -10,8 +11,8 @@ namespace {
 
 using namespace testing_support;
 
-// The machine integrates at 1e-8 of 1e-5 m a step, some 1e3 steps: errors of 1e-11 m (1e-6 of the motion) and, through
-// kp and kd (kd (1-a)/T = 1e5 A/m), of 1e-6 A. The matrix exponential is exact to rounding.
+// The machine integrates at 1e-8 of 1e-5 m a step, some 1e3 steps: errors of 1e-11 m (1e-6 of the motion)
+// and, through kp and kd (kd (1-a)/T = 1e5 A/m), of 1e-6 A. The matrix exponential is exact to rounding.
 constexpr double position_tolerance = 2e-11;
 constexpr double current_tolerance = 4e-6;
 
@@ -36,8 +37,10 @@ void expectEqual(const Model& model, const Scenario& scenario, double position =
   double moved = 0.0;
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (int a = 0; a < 4; ++a) {
-      ASSERT_NEAR(run.trajectory.displacement_m[a][i], rows[i].signal[a], position) << "axis " << a << " t " << rows[i].time;
-      ASSERT_NEAR(run.trajectory.current_A[a][i], rows[i].current[a], current) << "axis " << a << " t " << rows[i].time;
+      ASSERT_NEAR(run.trajectory.displacement_m[a][i], rows[i].signal[a], position)
+          << "axis " << a << " t " << rows[i].time;
+      ASSERT_NEAR(run.trajectory.current_A[a][i], rows[i].current[a], current)
+          << "axis " << a << " t " << rows[i].time;
       moved = std::max(moved, std::fabs(rows[i].signal[a]));
     }
   EXPECT_GT(moved, 1e-6) << "nothing moved: the test shows nothing";
@@ -108,7 +111,8 @@ TEST(MachineLevitation, ForceChirp) {
 
 TEST(MachineLevitation, CurrentStepWhoseEndIsNotASample) {
   // 0.01 + 0.02 is not 0.03 in floating point: the end must not slip by a sample
-  for (const auto& span : std::vector<std::pair<double, double>>{{0.01, 0.02}, {0.1 * 0.1, 0.7 * 0.03}, {0.00512, 0.01333}}) {
+  for (const auto& span :
+       std::vector<std::pair<double, double>>{{0.01, 0.02}, {0.1 * 0.1, 0.7 * 0.03}, {0.00512, 0.01333}}) {
     const Model model = levitated();
     Scenario scenario = atRest(0.0, 0.045);
     auto step = excite(Excitation::Kind::current, Waveform::step, 0.4, span.first, span.second);

@@ -1,4 +1,5 @@
-// Whole runs against closed forms: unbalance response (thesis 5.8 corrected), run-up, speed laws, power failures.
+// Whole runs against closed forms: unbalance response (thesis 5.8 corrected), run-up, speed laws, power
+// failures.
 #include <gtest/gtest.h>
 
 #include <complex>
@@ -90,7 +91,8 @@ TEST(MachineResponse, SpeedLawsFollowTheirIntegrals) {
   for (std::size_t row = 0; row < run.trajectory.time_s.size(); ++row) {
     const double t = run.trajectory.time_s[row], s = std::max(0.0, t - 0.1);
     EXPECT_NEAR(run.trajectory.speed_rad_s[row], w0 / (1.0 + 3.0 * s), 1e-9);
-    EXPECT_NEAR(run.trajectory.angle_rad[row], 0.4 + w0 * std::min(t, 0.1) + w0 / 3.0 * std::log1p(3.0 * s), 1e-9);
+    EXPECT_NEAR(run.trajectory.angle_rad[row], 0.4 + w0 * std::min(t, 0.1) + w0 / 3.0 * std::log1p(3.0 * s),
+                1e-9);
   }
   scenario.speed.type = SpeedType::ramp;
   scenario.speed.end_hz = 40.0;
@@ -148,7 +150,8 @@ TEST(MachineResponse, PowerFailureOfOneAxis) {
   EXPECT_GT(std::fabs(at_failure), 1e-3);
   // the other plane shares the integrator's steps, not its forces
   for (std::size_t row = 0; row < t.time_s.size(); ++row)
-    for (int axis : {1, 3}) EXPECT_NEAR(t.displacement_m[axis][row], whole.trajectory.displacement_m[axis][row], 1e-11);
+    for (int axis : {1, 3})
+      EXPECT_NEAR(t.displacement_m[axis][row], whole.trajectory.displacement_m[axis][row], 1e-11);
   EXPECT_GT(std::fabs(t.displacement_m[0].back() - whole.trajectory.displacement_m[0].back()), 1e-6);
 }
 
@@ -200,10 +203,12 @@ TEST(MachineResponse, AFailureThatEndsBringsTheBearingBack) {
 }
 
 TEST(MachineResponse, ARunWithSpinDragStartsSettledAtItsOwnAngle) {
-  // the run-in must not leave the response behind the shaft: at t = 0 it is the response of the constant speed
+  // the run-in must not leave the response behind the shaft: at t = 0 it is the response of the constant
+  // speed
   const Model still = withUnbalance(springMass(2.47e6, 2000.0), 1e-5, 0.3);
   const Model slowed = with(still, "spin_drag", {0.5, 0.0});
-  const auto a = simulate(still, constantSpeed(80.0, 0.001)), b = simulate(slowed, constantSpeed(80.0, 0.001));
+  const auto a = simulate(still, constantSpeed(80.0, 0.001)),
+             b = simulate(slowed, constantSpeed(80.0, 0.001));
   EXPECT_EQ(b.trajectory.angle_rad[0], 0.0);
   EXPECT_NEAR(b.trajectory.speed_rad_s[0], radPerSecond(80.0), 1e-12);
   // amplitude 1e-6 m

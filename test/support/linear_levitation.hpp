@@ -1,7 +1,7 @@
 #pragma once
 // An independent model of a levitated rigid beam in discrete time, for tests: between instants the matrix
-// exponential of one linear system, at instants the controller's difference equations. It shares no code with the
-// machine but the structs of its inputs. No contact, linear bearings, constant speed.
+// exponential of one linear system, at instants the controller's difference equations. It shares no code with
+// the machine but the structs of its inputs. No contact, linear bearings, constant speed.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -81,7 +81,8 @@ class LinearLevitation {
       x(i) = scenario.initial_displacement_m[i];
       if (i < scenario.initial_velocity_m_s.size()) x(4 + i) = scenario.initial_velocity_m_s[i];
     }
-    const double period = 1.0 / c.sample_rate_hz, pole = std::exp(-2.0 * M_PI * c.derivative_filter_hz * period);
+    const double period = 1.0 / c.sample_rate_hz,
+                 pole = std::exp(-2.0 * M_PI * c.derivative_filter_hz * period);
     std::array<double, 4> previous{}, slope{}, sum{}, command{};
     std::multimap<double, std::array<double, 4>> under_way;
     std::vector<Row> rows;
@@ -114,7 +115,8 @@ class LinearLevitation {
       const double t = now * tick;
       std::array<double, 4> s{};
       for (int end = 0; end < 2; ++end)
-        for (int axis = 0; axis < 2; ++axis) s[2 * end + axis] = x(axis) + rig.planes.sensor[end] * x(2 + axis);
+        for (int axis = 0; axis < 2; ++axis)
+          s[2 * end + axis] = x(axis) + rig.planes.sensor[end] * x(2 + axis);
       const auto found = what.find(now);
       const int todo = found == what.end() ? 0 : found->second;
       if ((todo & 2) != 0) rows.push_back({t, s, {x(8), x(9), x(10), x(11)}});
@@ -138,7 +140,8 @@ class LinearLevitation {
       Eigen::MatrixXd a = system_;
       std::array<double, 4> target = command;
       for (const auto& e : scenario.excitations) {
-        const bool on = t >= e.start_s - 0.5 * tick && (e.duration_s <= 0.0 || t < e.start_s + e.duration_s - 0.5 * tick);
+        const bool on =
+            t >= e.start_s - 0.5 * tick && (e.duration_s <= 0.0 || t < e.start_s + e.duration_s - 0.5 * tick);
         if (!on) continue;
         if (e.kind == Excitation::Kind::current) {
           target[2 * e.end + e.axis] += wave(e, t - e.start_s);  // held from its instant
@@ -162,9 +165,12 @@ class LinearLevitation {
 
   static double wave(const Excitation& e, double t) {
     switch (e.waveform) {
-      case Waveform::step: return e.amplitude;
-      case Waveform::impulse: return e.amplitude * std::sin(M_PI * t / e.duration_s);
-      case Waveform::sine: return e.amplitude * std::sin(2.0 * M_PI * e.start_hz * t);
+      case Waveform::step:
+        return e.amplitude;
+      case Waveform::impulse:
+        return e.amplitude * std::sin(M_PI * t / e.duration_s);
+      case Waveform::sine:
+        return e.amplitude * std::sin(2.0 * M_PI * e.start_hz * t);
       case Waveform::chirp:
         return e.amplitude *
                std::sin(2.0 * M_PI * (e.start_hz + 0.5 * (e.end_hz - e.start_hz) * t / e.duration_s) * t);

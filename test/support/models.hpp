@@ -78,7 +78,8 @@ inline Model levitated() {
 inline double netStiffness(const Model& model) {
   const auto& rig = model.rig;
   if (model.amb_model == AmbModel::equivalent) return rig.amb.stiffness_N_per_m;
-  return rig.amb.current_stiffness_N_per_A * rig.controller.kp_A_per_m - rig.amb.displacement_stiffness_N_per_m;
+  return rig.amb.current_stiffness_N_per_A * rig.controller.kp_A_per_m -
+         rig.amb.displacement_stiffness_N_per_m;
 }
 
 /// The model with one effect more, its parameters in the order of its schema.
@@ -132,8 +133,8 @@ inline Scenario bearingsOff(Scenario scenario, double time_s, int end = -1, int 
 
 /// Amplitude C of a real signal's part C cos(order angle + arg): exact mean over whole turns of records.
 /// Least squares of mean, cosine and sine, so that the window need not be whole.
-inline std::complex<double> order(const std::vector<double>& angle, const std::vector<double>& signal, double order,
-                                  std::size_t first) {
+inline std::complex<double> order(const std::vector<double>& angle, const std::vector<double>& signal,
+                                  double order, std::size_t first) {
   double m[3][4] = {{0.0}};
   for (std::size_t i = first; i < angle.size(); ++i) {
     const double b[3] = {1.0, std::cos(order * angle[i]), std::sin(order * angle[i])};

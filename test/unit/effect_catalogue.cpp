@@ -1,4 +1,5 @@
-// The catalogue of effects: names as the data sets write them, sane limits, on changes a run, neutral and off do not.
+// The catalogue of effects: names as the data sets write them, sane limits, on changes a run, neutral and off
+// do not.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -87,16 +88,16 @@ TEST(EffectCatalogueTest, LimitsHoldTheTypicalAndTheNeutralValue) {
       const std::string expected = unit == "Hz" ? "hz" : first == "1" ? "per" : first;
       EXPECT_NE(p.name.find("_" + expected), std::string::npos) << name << " in " << p.unit;
     }
-    const bool contact = std::set<std::string>{"auxiliary_bearing_misalignment", "hertzian_contact",
-                                               "compliant_mount", "velocity_dependent_friction",
-                                               "inner_ring_spin"}
-                             .count(schema.id) > 0;
+    const bool contact =
+        std::set<std::string>{"auxiliary_bearing_misalignment", "hertzian_contact", "compliant_mount",
+                              "velocity_dependent_friction", "inner_ring_spin"}
+            .count(schema.id) > 0;
     EXPECT_EQ(schema.needs_contact, contact) << schema.id;
   }
 }
 
-/// A run in which every effect has something to act on: rotation with unbalance and gravity, tilting, a current that
-/// reaches its limit, and an impact with sliding.
+/// A run in which every effect has something to act on: rotation with unbalance and gravity, tilting, a
+/// current that reaches its limit, and an impact with sliding.
 Scenario eventful() {
   Scenario scenario = from(constantSpeed(20.0, 0.03), {1e-5, 0.0, 1e-4, -2e-4}, {0.01, 0.0, 0.5, 0.0});
   Excitation current;
@@ -174,8 +175,9 @@ TEST(EffectCatalogueTest, NeutralValuesAreTheBaseline) {
       values.push_back(p.neutral);
     }
     // at the edge of its range only nearly neutral: 1e6 kg, 10 T, 10 MHz
-    const bool nearly = std::set<std::string>{"foundation_resonance", "magnetic_saturation", "eddy_current_lag"}
-                            .count(schema.id) > 0;
+    const bool nearly =
+        std::set<std::string>{"foundation_resonance", "magnetic_saturation", "eddy_current_lag"}.count(
+            schema.id) > 0;
     if (!has_neutral || nearly) continue;
     ++tried;
     const auto run = simulate(with(eventfulModel(), schema.id, values), eventful());

@@ -1,4 +1,5 @@
-// Effects of the auxiliary bearing: misalignment, Hertz, mount, Stribeck friction, ring. Every test asserts contact.
+// Effects of the auxiliary bearing: misalignment, Hertz, mount, Stribeck friction, ring. Every test asserts
+// contact.
 #include <gtest/gtest.h>
 
 #include "../support/probe.hpp"
@@ -29,10 +30,12 @@ TEST(EffectMisalignment, ContactAboutTheShiftedCentre) {
   const auto run = simulate(model, from(constantSpeed(0.0, 0.3, 1000.0), {ox, oy - clearance}, {}));
   ASSERT_FALSE(run.trajectory.contacts.empty());
   EXPECT_NEAR(run.trajectory.aux_position_m[0].back(), ox, 1e-12);
-  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(), oy - clearance - force / (2 * contact_stiffness), 1e-11);
+  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(), oy - clearance - force / (2 * contact_stiffness),
+              1e-11);
   EXPECT_NEAR(run.trajectory.normal_force_N[0].back(), 0.5 * force, 1e-4);
   // touch-down of a fall from the stator's centre happens at the shifted floor
-  const auto fall = settled(with(pressed(3.36 * 9.81), "auxiliary_bearing_misalignment", {0.0, oy, 0.0, oy}), 0.0);
+  const auto fall =
+      settled(with(pressed(3.36 * 9.81), "auxiliary_bearing_misalignment", {0.0, oy, 0.0, oy}), 0.0);
   ASSERT_FALSE(fall.trajectory.contacts.empty());
   EXPECT_NEAR(fall.trajectory.contacts[0].from_s, std::sqrt(2.0 * (clearance - oy) / 9.81), 1e-9);
 }
@@ -78,8 +81,8 @@ TEST(EffectHertz, RestitutionOfHuntAndCrossley) {
 }
 
 TEST(EffectHertz, DurationOfAnUndampedImpact) {
-  // N = K d^1.5: d_max = (5 m v^2/(4 K))^(2/5), T = 2 d_max/v times the integral of (1 - x^2.5)^(-1/2) over 0..1,
-  // which is 1.4716375 (Hertz: T = 2.943275 d_max/v); both ends carry together, K = 2 * 2.4e9
+  // N = K d^1.5: d_max = (5 m v^2/(4 K))^(2/5), T = 2 d_max/v times the integral of (1 - x^2.5)^(-1/2) over
+  // 0..1, which is 1.4716375 (Hertz: T = 2.943275 d_max/v); both ends carry together, K = 2 * 2.4e9
   const double v = 0.3, k = 2 * 2.4e9, deepest = std::pow(5 * 3.36 * v * v / (4 * k), 0.4);
   const auto run = simulate(with(springMass(0.0, 0.0), "hertzian_contact", {2.4e9, 0.0}),
                             from(constantSpeed(0.0, 0.0018, 1e6), {0.0, -1.9e-4}, {0.0, -v}));
@@ -97,7 +100,8 @@ TEST(EffectCompliantMount, SeriesStiffness) {
   ASSERT_FALSE(run.trajectory.contacts.empty());
   const double one = 0.5 * force;
   EXPECT_NEAR(run.trajectory.aux_centre_m[1].back(), -one / k2, 1e-9);
-  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(), -clearance - one * (1 / k2 + 1 / contact_stiffness), 1e-9);
+  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(), -clearance - one * (1 / k2 + 1 / contact_stiffness),
+              1e-9);
 }
 
 TEST(EffectCompliantMount, FreeRingRingsAtItsOwnFrequency) {
@@ -163,12 +167,14 @@ TEST(EffectInnerRing, DragStopsARingThatTurnsFreely) {
 }
 
 TEST(ContactGeometry, BouncingMassOfTheMachineAgainstTheClosedForm) {
-  // free fall, then a half wave about the loaded rest of both ends' springs: first two touch-downs and lift-offs
+  // free fall, then a half wave about the loaded rest of both ends' springs: first two touch-downs and
+  // lift-offs
   Model model = springMass(0.0, 0.0);
   model.rig.gravity_m_s2 = 9.81;
   model.rig.auxiliary_bearing.damping_N_s_per_m = 0.0;
   const auto run = simulate(model, from(constantSpeed(0.0, 0.2, 1000.0), {0.0, 0.0}, {}));
-  const double fall = std::sqrt(2 * clearance / 9.81), v = 9.81 * fall, w = std::sqrt(2 * contact_stiffness / 3.36);
+  const double fall = std::sqrt(2 * clearance / 9.81), v = 9.81 * fall,
+               w = std::sqrt(2 * contact_stiffness / 3.36);
   const double contact = 2 / w * (pi - std::atan(v * w / 9.81)), period = 2 * fall + contact;
   const auto& spans = run.trajectory.contacts;
   ASSERT_GE(spans.size(), 20u);
@@ -184,8 +190,8 @@ TEST(ContactGeometry, BouncingMassOfTheMachineAgainstTheClosedForm) {
   const double energy = 0.5 * 3.36 * v * v;
   const auto& y = run.final_state.mechanics;
   const double depth = std::max(0.0, -y[1] - clearance);
-  EXPECT_NEAR(0.5 * 3.36 * y[3] * y[3] + 3.36 * 9.81 * (y[1] + clearance) + contact_stiffness * depth * depth, energy,
-              1e-6 * energy);
+  EXPECT_NEAR(0.5 * 3.36 * y[3] * y[3] + 3.36 * 9.81 * (y[1] + clearance) + contact_stiffness * depth * depth,
+              energy, 1e-6 * energy);
 }
 
 }  // namespace

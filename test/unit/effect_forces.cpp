@@ -1,5 +1,6 @@
-// Effects that push the rotor or shape it: unbalance, bow, load, stiffness, damping, pull, crack, gyroscopic moment,
-// bending, foundation, drag. Steady responses against complex linear algebra, motions against their exact roots.
+// Effects that push the rotor or shape it: unbalance, bow, load, stiffness, damping, pull, crack, gyroscopic
+// moment, bending, foundation, drag. Steady responses against complex linear algebra, motions against their
+// exact roots.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -23,11 +24,14 @@ std::pair<Complex, Complex> oneX(const Model& model, double hz, int axis = 0) {
   EXPECT_EQ(run.outcome.status, RunStatus::ok);
   EXPECT_TRUE(run.trajectory.contacts.empty());
   const auto& t = run.trajectory;
-  return {order(t.angle_rad, t.displacement_m[axis], 1.0, 0), order(t.angle_rad, t.displacement_m[axis + 1], 1.0, 0)};
+  return {order(t.angle_rad, t.displacement_m[axis], 1.0, 0),
+          order(t.angle_rad, t.displacement_m[axis + 1], 1.0, 0)};
 }
 
-/// A motion z = z0 exp(s t) of a plane coordinate (0: centre, 2: tilt) started exactly, and its error at the end.
-void expectExactMode(const Model& model, double hz, Complex s, int coordinate, double duration, const char* what) {
+/// A motion z = z0 exp(s t) of a plane coordinate (0: centre, 2: tilt) started exactly, and its error at the
+/// end.
+void expectExactMode(const Model& model, double hz, Complex s, int coordinate, double duration,
+                     const char* what) {
   const Complex z0(2e-6, -1e-6), v0 = s * z0;
   std::vector<double> position(4, 0.0), velocity(4, 0.0);
   position[coordinate] = z0.real(), position[coordinate + 1] = z0.imag();
@@ -48,7 +52,8 @@ TEST(EffectCoupleUnbalance, TranslationAndTiltOfASecondPlane) {
   for (double hz : {30.0, 90.0}) {
     const double w = radPerSecond(hz);
     const Complex x = u * w * w * std::polar(1.0, p) / Complex(2 * k - m * w * w, 2 * d * w);
-    const Complex b = z * u * w * w * std::polar(1.0, p) / Complex(2 * k * za * za - it * w * w, 2 * d * za * za * w);
+    const Complex b =
+        z * u * w * w * std::polar(1.0, p) / Complex(2 * k * za * za - it * w * w, 2 * d * za * za * w);
     const auto seen = oneX(with(springBeam(k, d), "couple_unbalance", {u, p, z}), hz);
     EXPECT_LT(std::abs(seen.first - (x - 0.118 * b)), run_tolerance * std::abs(x)) << hz;
     EXPECT_LT(std::abs(seen.second + j * (x - 0.118 * b)), run_tolerance * std::abs(x)) << hz;
@@ -101,7 +106,8 @@ TEST(EffectStiffnessAnisotropy, EllipseAndBackwardWhirlBetweenTheCriticalSpeeds)
   const auto run = simulate(model, constantSpeed(hz, 10.0 / hz), options);
   const auto& t = run.trajectory;
   ASSERT_TRUE(t.contacts.empty());
-  const Complex sx = order(t.angle_rad, t.displacement_m[0], 1.0, 0), sy = order(t.angle_rad, t.displacement_m[1], 1.0, 0);
+  const Complex sx = order(t.angle_rad, t.displacement_m[0], 1.0, 0),
+                sy = order(t.angle_rad, t.displacement_m[1], 1.0, 0);
   EXPECT_LT(std::abs(sx - x), 1e-5 * std::abs(x));
   EXPECT_LT(std::abs(sy - y), 1e-5 * std::abs(x));
   const auto whirl = whirlOrder(t.angle_rad, t.displacement_m[0], t.displacement_m[1], 1.0, 0);
@@ -114,10 +120,17 @@ TEST(EffectCrossCoupling, ExactRootsAndOnsetAtCTimesW) {
   for (double share : {0.9, 1.0, 1.1}) {
     const double q = share * 2 * d * w;
     const Complex s = (-2 * d + std::sqrt(Complex(4 * d * d - 8 * m * k, 4 * m * q))) / (2 * m);
-    const Complex growing = s.imag() > 0.0 ? s : (-2 * d - std::sqrt(Complex(4 * d * d - 8 * m * k, 4 * m * q))) / (2 * m);
-    if (share < 1.0) { EXPECT_LT(growing.real(), 0.0); }
-    if (share > 1.0) { EXPECT_GT(growing.real(), 0.0); }
-    if (share == 1.0) { EXPECT_NEAR(growing.real(), 0.0, 1e-9); }
+    const Complex growing =
+        s.imag() > 0.0 ? s : (-2 * d - std::sqrt(Complex(4 * d * d - 8 * m * k, 4 * m * q))) / (2 * m);
+    if (share < 1.0) {
+      EXPECT_LT(growing.real(), 0.0);
+    }
+    if (share > 1.0) {
+      EXPECT_GT(growing.real(), 0.0);
+    }
+    if (share == 1.0) {
+      EXPECT_NEAR(growing.real(), 0.0, 1e-9);
+    }
     const Model model = with(springBeam(k, d), "cross_coupled_stiffness", {q, hz, 1.0, 0.0});
     expectExactMode(model, hz, growing, 0, 0.2, "forward");
     // half the speed, exponent 2: a quarter of it; the other spin: the mirror image
@@ -138,10 +151,17 @@ TEST(EffectInternalDamping, ThresholdSpeed) {
     const Complex root = std::sqrt(Complex((2 * c + d) * (2 * c + d) - 8 * m * k, 4 * m * d * speed));
     Complex s = (-(2 * c + d) + root) / (2 * m);
     if (s.imag() < 0.0) s = (-(2 * c + d) - root) / (2 * m);
-    if (share < 1.0) { EXPECT_LT(s.real(), 0.0); }
-    if (share == 1.0) { EXPECT_NEAR(s.real(), 0.0, 1e-9); }
-    if (share > 1.0) { EXPECT_GT(s.real(), 0.0); }
-    expectExactMode(with(springBeam(k, c), "internal_damping", {d, 0.0}), speed / two_pi, s, 0, 0.1, "internal");
+    if (share < 1.0) {
+      EXPECT_LT(s.real(), 0.0);
+    }
+    if (share == 1.0) {
+      EXPECT_NEAR(s.real(), 0.0, 1e-9);
+    }
+    if (share > 1.0) {
+      EXPECT_GT(s.real(), 0.0);
+    }
+    expectExactMode(with(springBeam(k, c), "internal_damping", {d, 0.0}), speed / two_pi, s, 0, 0.1,
+                    "internal");
   }
 }
 
@@ -190,11 +210,12 @@ TEST(EffectShaftCrack, TwoXPeaksAtHalfTheCriticalSpeed) {
     const auto run = simulate(with(model, "shaft_crack", {0.02, 0.0}), constantSpeed(hz, 10.0 / hz), options);
     const auto& t = run.trajectory;
     const auto whirl = whirlOrder(t.angle_rad, t.displacement_m[0], t.displacement_m[1], 2.0, 0);
-    // first order: F = h k/2 (1 + cos u) n (n.p), p = -i s: n (n.p) = (p + conj(p) exp(2 i u))/2, so the forward 2X
-    // of both bearings together is 2 h k/4 conj(p) = i h k s/2
+    // first order: F = h k/2 (1 + cos u) n (n.p), p = -i s: n (n.p) = (p + conj(p) exp(2 i u))/2, so the
+    // forward 2X of both bearings together is 2 h k/4 conj(p) = i h k s/2
     const double w = radPerSecond(hz), s = m * 9.81 / 4e5;
     const Complex expected = j * 0.5 * 0.02 * 2e5 * s / Complex(4e5 - 4 * m * w * w, 2 * 60.0 * 2 * w);
-    EXPECT_LT(std::abs(whirl.forward - expected), 0.08 * std::abs(expected)) << share << " (second order in h)";
+    EXPECT_LT(std::abs(whirl.forward - expected), 0.08 * std::abs(expected))
+        << share << " (second order in h)";
     (share == 0.5 ? peak : beside) = std::max(share == 0.5 ? peak : beside, std::abs(whirl.forward));
   }
   EXPECT_GT(peak, 2.0 * beside);
@@ -205,7 +226,8 @@ TEST(EffectShaftFlexibility, ResponseOfThreeModesAPlane) {
   const double k = 2e5, d = 300.0, hz = 60.0, damping = 0.02, u = 2e-5, phase = 0.3;
   const double amb[2] = {0.6, 0.8}, sensor[2] = {0.9, 1.1}, unbalance = -0.7, bending = radPerSecond(hz);
   Model model = withUnbalance(springBeam(k, d), u, phase, 0.02);
-  model = with(model, "shaft_flexibility", {hz, damping, amb[0], amb[1], sensor[0], sensor[1], 1.2, 1.3, unbalance});
+  model = with(model, "shaft_flexibility",
+               {hz, damping, amb[0], amb[1], sensor[0], sensor[1], 1.2, 1.3, unbalance});
   const double z[2] = {-za, za};
   for (double speed : {25.0, 55.0, 120.0}) {
     const double w = radPerSecond(speed);
@@ -217,8 +239,8 @@ TEST(EffectShaftFlexibility, ResponseOfThreeModesAPlane) {
       const Eigen::Vector3d shape(1.0, z[end], amb[end]);
       dynamic += Complex(k, d * w) * (shape * shape.transpose()).cast<Complex>();
     }
-    const Eigen::Vector3cd q =
-        dynamic.partialPivLu().solve(u * w * w * std::polar(1.0, phase) * Eigen::Vector3cd(1.0, 0.02, unbalance));
+    const Eigen::Vector3cd q = dynamic.partialPivLu().solve(u * w * w * std::polar(1.0, phase) *
+                                                            Eigen::Vector3cd(1.0, 0.02, unbalance));
     const Complex x = q(0) - 0.118 * q(1) + sensor[0] * q(2);
     const auto seen = oneX(model, speed);
     EXPECT_LT(std::abs(seen.first - x), 5e-6 * std::abs(x)) << speed;
@@ -243,7 +265,8 @@ TEST(EffectFoundation, TwoMassResponseAndAntiresonance) {
   const auto response = [&](double w) {
     Eigen::Matrix2cd dynamic;
     const Complex spring(2 * k, 2 * d * w);
-    dynamic << spring - m * w * w, -spring, -spring, spring + mf * Complex(wf * wf - w * w, 2 * ratio * wf * w);
+    dynamic << spring - m * w * w, -spring, -spring,
+        spring + mf * Complex(wf * wf - w * w, 2 * ratio * wf * w);
     return Eigen::Vector2cd(dynamic.partialPivLu().solve(Eigen::Vector2cd(u * w * w, 0.0)));
   };
   for (double speed : {20.0, 35.0, 75.0}) {
@@ -258,7 +281,8 @@ TEST(EffectFoundation, TwoMassResponseAndAntiresonance) {
     EXPECT_LT(std::abs(relative - (expected(0) - expected(1))), 1e-4 * std::abs(relative)) << speed;
     EXPECT_LT(std::abs(absolute - expected(0)), 1e-4 * std::abs(relative)) << speed;
   }
-  // the antiresonance of the relative response lies at the foundation's own frequency: D22 - D21 = mf (wf^2 - w^2)
+  // the antiresonance of the relative response lies at the foundation's own frequency: D22 - D21 = mf (wf^2 -
+  // w^2)
   const double at = std::abs(response(wf)(0) - response(wf)(1));
   const double below = std::abs(response(0.8 * wf)(0) - response(0.8 * wf)(1));
   EXPECT_LT(at, 0.25 * below) << "what is left is its damping";
@@ -275,10 +299,11 @@ TEST(EffectSpinDrag, SpeedInClosedForm) {
   const double decay = 0.8, torque = 0.05, w0 = radPerSecond(120.0), offset = torque / 1e-3 / decay;
   const auto run = simulate(with(model, "spin_drag", {decay, torque}), constantSpeed(120.0, 0.5, 1000.0));
   for (std::size_t i = 0; i < run.trajectory.time_s.size(); ++i)
-    EXPECT_NEAR(run.trajectory.speed_rad_s[i], (w0 + offset) * std::exp(-decay * run.trajectory.time_s[i]) - offset,
-                1e-7 * w0);
+    EXPECT_NEAR(run.trajectory.speed_rad_s[i],
+                (w0 + offset) * std::exp(-decay * run.trajectory.time_s[i]) - offset, 1e-7 * w0);
   // without a polar inertia the torque has nothing to act on
-  const auto light = simulate(with(springBeam(), "spin_drag", {decay, torque}), constantSpeed(120.0, 0.5, 1000.0));
+  const auto light =
+      simulate(with(springBeam(), "spin_drag", {decay, torque}), constantSpeed(120.0, 0.5, 1000.0));
   EXPECT_NEAR(light.trajectory.speed_rad_s.back(), w0 * std::exp(-decay * 0.5), 1e-7 * w0);
   // a drive that changes the speed is not slowed down
   Scenario driven = constantSpeed(120.0, 0.1, 1000.0);

@@ -77,7 +77,8 @@ TEST(EffectMagneticSaturation, LawSmallSignalLossAndLargeSignalLimit) {
   EXPECT_NEAR(slope(model, 0.0, 0.0, 1e-3, 0.0), ki * left, 1e-5 * ki);
   EXPECT_NEAR(slope(model, 0.0, 0.0, 0.0, 1e-7), ks * left, 1e-5 * ks);
   EXPECT_LT(force(model, 2.4, 0.0), 2.4 * ki * left) << "grows less than the linear law";
-  EXPECT_NEAR(force(with(levitated(), "magnetic_saturation", {10.0}), 1.0, 0.0), ki, 1e-3 * ki) << "far knee: linear";
+  EXPECT_NEAR(force(with(levitated(), "magnetic_saturation", {10.0}), 1.0, 0.0), ki, 1e-3 * ki)
+      << "far knee: linear";
 }
 
 TEST(EffectMagneticSaturation, ActsBehindTheGapLaw) {

@@ -1,4 +1,5 @@
-// Effects of the signal chain: runout, gain, rotation of the sensors, delay, amplifier, current limit, eddy currents.
+// Effects of the signal chain: runout, gain, rotation of the sensors, delay, amplifier, current limit, eddy
+// currents.
 #include <gtest/gtest.h>
 
 #include <complex>
@@ -21,15 +22,16 @@ TEST(EffectSensorRunout, SignalAsWritten) {
   probe.beam({1e-5, -2e-5, 1e-4, 0.0}).turning(100.0, angle);
   Vec2<double> s[2];
   probe.machine.signals(probe.in.shaft, probe.y.data(), s);
-  EXPECT_NEAR(s[0].x, 1e-5 - 0.118 * 1e-4 + r1 * std::cos(angle + p1) + r2 * std::cos(2 * (angle + p2)), round_off);
+  EXPECT_NEAR(s[0].x, 1e-5 - 0.118 * 1e-4 + r1 * std::cos(angle + p1) + r2 * std::cos(2 * (angle + p2)),
+              round_off);
   EXPECT_NEAR(s[0].y, -2e-5 + r1 * std::sin(angle + p1) - r2 * std::cos(2 * (angle + p2)), round_off);
   EXPECT_NEAR(s[1].x, 1e-5 + 0.118 * 1e-4 + 3e-6 * std::cos(2 * (angle + 0.2)), round_off);
   EXPECT_NEAR(s[1].y, -2e-5 - 3e-6 * std::cos(2 * (angle + 0.2)), round_off);
 }
 
 TEST(EffectSensorRunout, OneXDoesNotGrowWithSpeedSquared) {
-  // At slow roll the controller makes of a runout r the position -Ki kp r/(Ki kp - Ks), whatever the speed; an
-  // unbalance grows fourfold from 4 to 8 Hz.
+  // At slow roll the controller makes of a runout r the position -Ki kp r/(Ki kp - Ks), whatever the speed;
+  // an unbalance grows fourfold from 4 to 8 Hz.
   Model model = levitated();
   for (double* z : {model.rig.planes.sensor, model.rig.planes.amb}) z[0] = -0.1, z[1] = 0.1;
   const double kikp = 19.0 * 13850.0, r = 4e-6;
@@ -55,7 +57,8 @@ TEST(EffectSensorRunout, TwoXHasOppositeSignInY) {
   const auto run = simulate(with(levitated(), "sensor_runout", {0.0, 0.0, 3e-6, 0.5, 0.0, 0.0, 3e-6, 0.5}),
                             constantSpeed(10.0, 0.2));
   const auto& t = run.trajectory;
-  const Complex x = order(t.angle_rad, t.displacement_m[0], 2.0, 0), y = order(t.angle_rad, t.displacement_m[1], 2.0, 0);
+  const Complex x = order(t.angle_rad, t.displacement_m[0], 2.0, 0),
+                y = order(t.angle_rad, t.displacement_m[1], 2.0, 0);
   EXPECT_GT(std::abs(x), 1e-7);
   EXPECT_LT(std::abs(x + y), 1e-6 * std::abs(x)) << "the loop is the same in x and y";
 }
@@ -119,8 +122,8 @@ TEST(EffectControlDelay, EqualsTheRigWithThatDelay) {
 }
 
 TEST(EffectControlDelay, TakesPhaseMarginUntilTheConicalModeIsUnstable) {
-  // Envelope of the tilting motion over 40 ms for growing delays: the derivative's lead at the conical mode is eaten up
-  // by the delay's lag, so that damping falls and growth follows.
+  // Envelope of the tilting motion over 40 ms for growing delays: the derivative's lead at the conical mode
+  // is eaten up by the delay's lag, so that damping falls and growth follows.
   double previous = 0.0;
   std::vector<double> ratio;
   for (double delay : {1e-4, 3e-4, 6e-4, 10e-4}) {
@@ -150,8 +153,8 @@ TEST(EffectAmplifierLag, CurrentFollowsWithTheTrueBandwidth) {
   scenario.excitations.push_back(step);
   const auto run = simulate(with(model, "amplifier_lag", {300.0}), scenario);
   for (std::size_t i = 0; i < run.trajectory.time_s.size(); ++i)
-    EXPECT_NEAR(run.trajectory.current_A[0][i], 0.5 * (1.0 - std::exp(-two_pi * 300.0 * run.trajectory.time_s[i])),
-                1e-12);
+    EXPECT_NEAR(run.trajectory.current_A[0][i],
+                0.5 * (1.0 - std::exp(-two_pi * 300.0 * run.trajectory.time_s[i])), 1e-12);
 }
 
 TEST(EffectCurrentSaturation, BothCoilsStayWithinTheTrueLimit) {
@@ -171,7 +174,8 @@ TEST(EffectCurrentSaturation, BothCoilsStayWithinTheTrueLimit) {
 }
 
 TEST(EffectEddyCurrent, HalfOrderRollOffWithinItsClaim) {
-  // H(i w) against 1/(1 + sqrt(i w/w_c)): the header claims 0.41 % of the static gain from 0.001 to 1000 corners
+  // H(i w) against 1/(1 + sqrt(i w/w_c)): the header claims 0.41 % of the static gain from 0.001 to 1000
+  // corners
   std::vector<double> weights, rates;
   const effects::EddyCurrentLag::Physics<double> lag({1.0 / two_pi});
   lag.relaxation(weights, rates);
@@ -209,7 +213,8 @@ TEST(EffectEddyCurrent, StepOfCurrentGivesTheDiffusionsStep) {
     const double u = w * run.trajectory.time_s[i];
     EXPECT_NEAR(run.trajectory.current_A[0][i], 0.5, 1e-9) << "the current channel does not lag";
     // the claim of 0.41 % in frequency, in time
-    EXPECT_NEAR(run.trajectory.bearing_force_N[0][i] / (19.0 * 0.5), 1.0 - std::exp(u) * std::erfc(std::sqrt(u)), 0.0041)
+    EXPECT_NEAR(run.trajectory.bearing_force_N[0][i] / (19.0 * 0.5),
+                1.0 - std::exp(u) * std::erfc(std::sqrt(u)), 0.0041)
         << u;
     if (u > 300.0) break;  // exp overflows later
   }

@@ -24,7 +24,8 @@ struct Rows {
 };
 
 template <class S, class Stepper>
-Rows runWith(const std::vector<const Model*>& models, std::size_t lane, const Scenario& scenario, Stepper&& make) {
+Rows runWith(const std::vector<const Model*>& models, std::size_t lane, const Scenario& scenario,
+             Stepper&& make) {
   const Schedule schedule(scenario.excitations, scenario.faults);
   const PiecewiseShaft path = shaftPath(scenario);
   const Machine<S> machine(models, Spin::prescribed, {schedule.forcePlanes(), schedule.unbalances()});
@@ -55,8 +56,10 @@ Rows byEvents(const Model& model, const Scenario& scenario) {
   return runWith<double>({&model}, 0, scenario, [](const Machine<double>& m) { return EventStepper(m); });
 }
 template <class S>
-Rows byLanes(const std::vector<const Model*>& models, std::size_t lane, const Scenario& scenario, double step) {
-  return runWith<S>(models, lane, scenario, [&](const Machine<S>& m) { return LaneStepper<S>(m, step, step); });
+Rows byLanes(const std::vector<const Model*>& models, std::size_t lane, const Scenario& scenario,
+             double step) {
+  return runWith<S>(models, lane, scenario,
+                    [&](const Machine<S>& m) { return LaneStepper<S>(m, step, step); });
 }
 
 double apart(const Rows& a, const Rows& b) {
@@ -105,10 +108,11 @@ TEST(MachineLanes, LevitationEqualsTheEventStepper) {
 
 TEST(MachineLanes, EffectsOfEveryPortEqualTheEventStepper) {
   std::vector<Model> models;
-  for (const char* id : {"sensor_runout", "sensor_axis_rotation", "shaft_bow", "shaft_crack", "stiffness_anisotropy",
-                         "cross_coupled_stiffness", "internal_damping", "foundation_resonance",
-                         "magnetic_nonlinearity", "magnetic_saturation", "eddy_current_lag", "control_delay",
-                         "gyroscopic_coupling", "motor_magnetic_pull", "current_saturation", "amplifier_lag"})
+  for (const char* id :
+       {"sensor_runout", "sensor_axis_rotation", "shaft_bow", "shaft_crack", "stiffness_anisotropy",
+        "cross_coupled_stiffness", "internal_damping", "foundation_resonance", "magnetic_nonlinearity",
+        "magnetic_saturation", "eddy_current_lag", "control_delay", "gyroscopic_coupling",
+        "motor_magnetic_pull", "current_saturation", "amplifier_lag"})
     models.push_back(with(heavy(), id, typicalValues(id)));
   for (const Model& model : models) {
     const Rows reference = byEvents(model, levitation());
@@ -164,7 +168,8 @@ TEST(MachineLanes, ForcesEndAtTheirInstantAlsoInALongStep) {
   force.start_s = 0.001;
   force.duration_s = 0.002;
   scenario.excitations.push_back(force);
-  // a leak into one stage of six would be F h/(6 m), 5e-5 m/s, and show as 1e-7 m; the amplifier's lag leaves 3e-10 m
+  // a leak into one stage of six would be F h/(6 m), 5e-5 m/s, and show as 1e-7 m; the amplifier's lag leaves
+  // 3e-10 m
   EXPECT_LT(apart(byEvents(model, scenario), byLanes<double>({&model}, 0, scenario, 1e-4)), 1e-9);
 }
 
