@@ -10,9 +10,6 @@ AnalysisNode::AnalysisNode(const ros::NodeHandle& nodes, const ros::NodeHandle& 
   options_.points = integerOr(own, "points", options_.points);
   options_.max_order = integerOr(own, "max_order", options_.max_order);
   options_.tolerance = numberOr(own, "tolerance", options_.tolerance);
-  orbit_publisher_ = nodes_.advertise<OrbitAnalysis>("analysis/orbit", keep_all, true);
-  point_publisher_ = nodes_.advertise<SectionPoint>("analysis/poincare", keep_all);
-  spectrum_publisher_ = nodes_.advertise<FullSpectrum>("analysis/spectrum", keep_all);
   model_subscriber_ = nodes_.subscribe("rotor/model", 10, &AnalysisNode::takeInfo, this);
   contact_subscriber_ =
       nodes_.subscribe("auxiliary_bearing/contact", keep_all, &AnalysisNode::takeContact, this);

@@ -1,5 +1,9 @@
 #include "amb_rotor/ros/node_setup.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <sstream>
+
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/overrides.hpp"
@@ -43,6 +47,22 @@ bool switchOr(const ros::NodeHandle& own, const std::string& name, bool otherwis
 
 std::string textOr(const ros::NodeHandle& own, const std::string& name, const std::string& otherwise) {
   return valueOr(own, name, otherwise, "a text");
+}
+
+std::vector<std::string> wordsOf(const ros::NodeHandle& own, const std::string& name) {
+  std::istringstream text(textOr(own, name, ""));
+  return {std::istream_iterator<std::string>(text), std::istream_iterator<std::string>()};
+}
+
+bool areAdvertised(const ros::NodeHandle& nodes, const std::vector<std::string>& topics) {
+  if (topics.empty()) return true;
+  ros::master::V_TopicInfo known;
+  if (!ros::master::getTopics(known)) return false;
+  return std::all_of(topics.begin(), topics.end(), [&](const std::string& topic) {
+    return std::any_of(known.begin(), known.end(), [&](const ros::master::TopicInfo& info) {
+      return info.name == nodes.resolveName(topic);
+    });
+  });
 }
 
 Model modelOf(const ros::NodeHandle& own) {

@@ -80,7 +80,6 @@ OrbitMarkers::OrbitMarkers(const ros::NodeHandle& nodes, const ros::NodeHandle& 
       disc_radius_(numberOr(own, "disc_radius", 0.03)),
       trail_length_(integerOr(own, "trail_length", 2000)),
       point_count_(integerOr(own, "points", 200)) {
-  publisher_ = nodes_.advertise<MarkerArray>("markers", 2, true);
   model_subscriber_ = nodes_.subscribe("rotor/model", 10, &OrbitMarkers::takeInfo, this);
   state_subscriber_ = nodes_.subscribe("rotor/state", keep_all, &OrbitMarkers::takeState, this);
   contact_subscriber_ = nodes_.subscribe<ContactForces>("auxiliary_bearing/contact", keep_all,
@@ -97,6 +96,8 @@ OrbitMarkers::OrbitMarkers(const ros::NodeHandle& nodes, const ros::NodeHandle& 
                                                        if (static_cast<int>(points.size()) > point_count_)
                                                          points.pop_front();
                                                      });
+  // last: who waits for this topic knows that the others are heard
+  publisher_ = nodes_.advertise<MarkerArray>("markers", 2, true);
 }
 
 void OrbitMarkers::takeInfo(const ModelInfo::ConstPtr& info) {

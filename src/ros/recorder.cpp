@@ -29,6 +29,7 @@ ros::Time stampOf(const FaultMessage&, const ros::Time& last) { return last; }  
 Recorder::Recorder(const ros::NodeHandle& nodes, const ros::NodeHandle& own)
     : nodes_(nodes),
       path_(requiredText(own, "bag")),
+      exit_at_end_(switchOr(own, "exit_at_end", false)),
       last_(ros::WallTime::now()),
       last_stamp_(ros::TIME_MIN) {
   part_ = path_ + ".part";

@@ -34,6 +34,7 @@ RotorPlant::RotorPlant(const ros::NodeHandle& nodes, const ros::NodeHandle& own)
       alarm_after_(numberOr(own, "alarm_after", 1.0)),
       linger_(numberOr(own, "linger", 1.0)),
       listeners_(integerOr(own, "listeners", 3)),
+      wait_for_(wordsOf(own, "wait_for")),
       exit_at_end_(switchOr(own, "exit_at_end", true)),
       updater_(nodes_, own, own.getNamespace()) {
   state_publisher_ = nodes_.advertise<RotorState>("rotor/state", keep_all);
@@ -143,14 +144,19 @@ void RotorPlant::publishClock(bool always) {
   clock_publisher_.publish(clock);
 }
 
+/// Nodelets of our own process count as one listener; whether they are there is told by what they publish.
+bool RotorPlant::everybodyListens() const {
+  return static_cast<int>(state_publisher_.getNumSubscribers()) >= listeners_ &&
+         areAdvertised(nodes_, wait_for_);
+}
+
 /// Looks at the wall's clock: simulated time may stand still.
 void RotorPlant::watch() {
   const ros::WallTime now = ros::WallTime::now();
   if (ended_) {
     if (exit_at_end_ && (now - end_).toSec() > linger_) ros::requestShutdown();
   } else if (published_ == nullptr) {
-    if (core_.state().step == 0 && static_cast<int>(state_publisher_.getNumSubscribers()) >= listeners_)
-      publishState();
+    if (core_.state().step == 0 && everybodyListens()) publishState();
   } else if ((now - std::max(last_progress_, last_publication_)).toSec() > repeat_after_) {
     ++status_.repeated_steps;
     last_publication_ = now;

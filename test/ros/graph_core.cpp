@@ -71,7 +71,7 @@ TEST(GraphCore, LevitationEqualsMachine) {
 }
 
 TEST(GraphCore, OverloadEqualsMachine) {
-  compare(thesisModel(), readScenario(thesis + "overload.yaml"), contact_step, 0.15, true);
+  compare(thesisModel(), readScenario(thesis + "overload.yaml"), contact_step, 0.3, true);
 }
 
 TEST(GraphCore, DropEqualsMachine) {
@@ -79,7 +79,7 @@ TEST(GraphCore, DropEqualsMachine) {
 }
 
 TEST(GraphCore, HertzianContactEqualsMachine) {
-  compare(thesisModel({{"hertzian_contact", {2.4e9, 5.0}}}), readScenario(thesis + "overload.yaml"), contact_step, 0.15,
+  compare(thesisModel({{"hertzian_contact", {2.4e9, 5.0}}}), readScenario(thesis + "overload.yaml"), contact_step, 0.3,
           true);
 }
 

@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 
 #include <string>
+#include <vector>
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/model/model.hpp"
@@ -20,6 +21,10 @@ double numberOr(const ros::NodeHandle& own, const std::string& name, double othe
 int integerOr(const ros::NodeHandle& own, const std::string& name, int otherwise);
 bool switchOr(const ros::NodeHandle& own, const std::string& name, bool otherwise);
 std::string textOr(const ros::NodeHandle& own, const std::string& name, const std::string& otherwise);
+/// Words of a text parameter; none where it is missing.
+std::vector<std::string> wordsOf(const ros::NodeHandle& own, const std::string& name);
+/// Whether all these topics are advertised.
+bool areAdvertised(const ros::NodeHandle& nodes, const std::vector<std::string>& topics);
 
 /// The model of the parameters `model` (path) and `overrides` (list of path=value, optional).
 Model modelOf(const ros::NodeHandle& own);

@@ -16,7 +16,7 @@ class Recorder {
 
   /// Closes the bag and gives it its name; after that nothing is recorded.
   void close();
-  bool closed() const { return closed_; }
+  bool exitAtEnd() const { return exit_at_end_; }
   /// Whether the run has ended and nothing came for a while.
   bool complete() const;
   /// Seconds of the wall since the last message.
@@ -30,6 +30,7 @@ class Recorder {
 
   ros::NodeHandle nodes_;
   std::string path_, part_;
+  bool exit_at_end_;
   rosbag::Bag bag_;
   std::vector<ros::Subscriber> subscribers_;
   ros::WallTime last_;

@@ -26,6 +26,7 @@ class RotorPlant {
   void pace();
   void end(std::uint8_t state);
   void watch();
+  bool everybodyListens() const;
   void publishClock(bool always);
   void publishStatus();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -35,6 +36,7 @@ class RotorPlant {
   PlantCore core_;
   double rate_, clock_offset_, clock_period_, repeat_after_, alarm_after_, linger_;
   int listeners_;
+  std::vector<std::string> wait_for_;
   bool exit_at_end_;
 
   ros::Publisher state_publisher_, clock_publisher_, model_publisher_, status_publisher_, tacho_publisher_;
