@@ -158,6 +158,23 @@ TEST(MachineLanes, ShortRubEqualsTheEventStepper) {
   EXPECT_LT(apart(reference, finer), 0.5 * apart(reference, lanes));
 }
 
+TEST(MachineLanes, HeldSpeedOfARunInIsKept) {
+  // spin_drag makes the speed a state; a run-in keeps it all the same
+  const Model model = with(heavy(), "spin_drag", {0.5, 0.0});
+  const Machine<BaselineLanes> machine({&model}, Spin::drag);
+  Drive<BaselineLanes> drive;
+  drive.speed = BaselineLanes(300.0);
+  for (bool hold : {true, false}) {
+    drive.hold_speed = hold;
+    const Simulator<BaselineLanes> sim(machine, drive, 1000.0);
+    MachineState<BaselineLanes> state = sim.atRest(0.0);
+    LaneStepper<BaselineLanes> stepper(machine, 5e-5, 5e-5);
+    ASSERT_TRUE(sim.run(state, 0.1, stepper, [](const Record<BaselineLanes>&) {}));
+    // RK4 of a slow exponential: to rounding
+    EXPECT_NEAR(laneValue(state.mechanics.back(), 0), hold ? 300.0 : 300.0 * std::exp(-0.05), 1e-9);
+  }
+}
+
 TEST(MachineLanes, ForcesEndAtTheirInstantAlsoInALongStep) {
   // a step force that ends with a step must not leak into the last stage of RK4
   const Model model = levitated();
