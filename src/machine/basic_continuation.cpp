@@ -22,7 +22,7 @@ struct Node {
   double flip_test = 0.0, torus_test = 0.0;
 };
 
-constexpr std::size_t most_branches = 12;
+constexpr std::size_t most_branches = 5;
 
 class Follower {
  public:

@@ -54,7 +54,7 @@ struct Branch {
 struct ContinuationOptions {
   double from = 0.0, to = 0.0;   ///< of the parameter
   double first_step = 0.01, smallest_step = 1e-7, largest_step = 0.05;  ///< arc length, parameter scaled by to - from
-  int most_points = 400;         ///< in each direction
+  int most_points = 200;         ///< in each direction
   int most_turns = 4;            ///< flips are followed up to this period
   double newton_tolerance = 1e-9;
   std::function<void()> alive;   ///< called at every step; may throw to stop
@@ -74,7 +74,7 @@ Branch followBranch(const ContinuationProblem& problem, const ContinuationOption
                     const BasicState<double>& near, int turns);
 
 /// The branches of a sweep file's `continuation`, with those that begin at their flips.
-/// At most 12 branches. `alive` is called at every step and may throw to stop.
+/// At most 5 branches. `alive` is called at every step and may throw to stop.
 std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function<void()>& alive = {});
 
 }  // namespace amb_rotor

@@ -13,7 +13,7 @@ POINTS_AT_ONCE = 4096
 
 
 def add_arguments(parser) -> None:
-    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1 or amb-search/1")
+    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1 or amb-probability/1")
     common.add_out(parser, "sweep")
     parser.add_argument("--engine", choices=("local", "dask"), default="local",
                         help="local: this machine's cores; dask: chunks of the grid on a Dask cluster")
@@ -38,6 +38,8 @@ def run(args) -> int:
         raise InputError("--scheduler: needs --engine dask")
     if _format(path) == "amb-search/1":
         return _search(args, path)
+    if _format(path) == "amb-probability/1":
+        return _probability(args, path)
     return _sweep(args, path)
 
 
@@ -202,5 +204,31 @@ def _search(args, path: pathlib.Path) -> int:
                      "parameters": {name: float(value) for name, value in zip(search.grid, points[chosen[0]])}})
     common.write_json(args, {"name": search.name, "best": best})
     pictures = draw.score_map(search.title, search.grid, hits, total, folder)
+    common.report_line(pictures[0])
+    return 0
+
+
+# ---- probability
+def _probability(args, path: pathlib.Path) -> int:
+    from amb_rotor.sweeps import draw
+    from amb_rotor.sweeps import probability
+    document = probability.read_probability(path)
+    folder = common.out_folder(args, "sweep", document["name"])
+    with common.progress_bar(1 + len(document["changes"]), "designs") as bar:
+        outcomes, drawn = probability.run_probability(document, bar.update)
+    first = outcomes["as it is"]
+    rows = []
+    for name, outcome in outcomes.items():
+        hits = int(outcome.sum())
+        low, high = probability.wilson(hits, len(outcome))
+        rows.append({"design": name, "probability": hits / len(outcome), "low": low, "high": high,
+                     "change": float(outcome.mean() - first.mean()),
+                     "change_error": probability.paired_error(first, outcome)})
+    print(f"probability of dry whirl, 95 % interval, {len(first)} samples")
+    for row in rows:
+        print(f"  {row['design']:<30} {row['probability']:.4f}  [{row['low']:.4f}, {row['high']:.4f}]  "
+              f"change {row['change']:+.4f} +- {row['change_error']:.4f}")
+    common.write_json(args, {"name": document["name"], "designs": rows})
+    pictures = draw.outcomes(document["title"], drawn["friction"], drawn["knock"], first, rows, folder)
     common.report_line(pictures[0])
     return 0

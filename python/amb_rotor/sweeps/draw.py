@@ -151,3 +151,22 @@ def branches(title: str, parameter: str, found: list[dict], folder: pathlib.Path
     axes[0].legend(handles=handles, fontsize=8, ncol=2)
     axes[1].set_xlabel(label(parameter))
     return save(figure, folder, "branches")
+
+
+def outcomes(title: str, friction, knock, hit, rows: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:
+    """Which samples ended in dry whirl, and the probability of each design with its interval."""
+    pyplot = _pyplot()
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(10, 4.2), gridspec_kw={"width_ratios": [1.3, 1]})
+    for chosen, colour, text in ((~hit, REGIME_COLOURS["no_contact"], "other"), (hit, REGIME_COLOURS["dry_whirl"], "dry whirl")):
+        left.plot(friction[chosen], knock[chosen], ".", markersize=2.5, color=colour, label=text, rasterized=True)
+    left.set(xlabel=label("friction"), ylabel="speed of the knock / (clearance $\\omega_n$)", title=title)
+    left.legend(fontsize=8, loc="upper left")
+    values = numpy.array([row["probability"] for row in rows])
+    spread = numpy.array([[row["probability"] - row["low"], row["high"] - row["probability"]] for row in rows]).T
+    right.errorbar(values, range(len(rows)), xerr=spread, fmt="o", color=REGIME_COLOURS["dry_whirl"], capsize=3)
+    right.set_yticks(range(len(rows)), [row["design"] for row in rows], fontsize=8)
+    right.invert_yaxis()
+    right.set(xlabel="probability of dry whirl, 95 % interval")
+    right.grid(alpha=0.3)
+    figure.tight_layout()
+    return save(figure, folder, "probability")
