@@ -11,12 +11,27 @@ namespace {
 /// Finite-difference steps of a starting state: displacement [m or rad], rate, current [A].
 constexpr double displacement_step = 2e-9, rate_step = 2e-6, current_step = 1e-4;
 /// The starting guess comes from the measurement; the estimate may move it by about so much.
-constexpr double displacement_prior = 2e-5, rate_prior = 5e-2, current_prior = 0.5;
+constexpr double displacement_prior = 1e-4, rate_prior = 0.3, current_prior = 1.0;
 constexpr double score_floor = 1e-12;
 
 struct Window {
   long first, last;
 };
+
+/// Sum of squares of a window's residual over the noise, the run's offsets taken out.
+double squaresOf(const Recording& rec, long first, long n, const double* out, const double* offset,
+                 const double* drift) {
+  double sum = 0.0;
+  for (int c = 0; c < predicted_channels; ++c) {
+    if (rec.noise[c] <= 0.0) continue;
+    for (long i = 0; i < n; ++i) {
+      double e = rec.measured[(first + i) * predicted_channels + c] - out[i * predicted_channels + c];
+      if (c < 4) e -= offset[c] + drift[c] * (static_cast<double>(first + i) / rec.samples - 0.5);
+      sum += (e / rec.noise[c]) * (e / rec.noise[c]);
+    }
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -43,12 +58,12 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
     windows.push_back({first, std::min(first + length, rec.samples)});
   if (!windows.empty()) windows.back().last = rec.samples;
   if (local.window_start.size() != windows.size()) local.window_start.assign(windows.size(), {});
+  MachineState<double> led_to;
   if (options.keep_prediction) result.predicted.assign(rec.samples * predicted_channels, 0.0);
 
   Eigen::MatrixXd run_h = Eigen::MatrixXd::Zero(g + r, g + r);
   Eigen::VectorXd run_g = Eigen::VectorXd::Zero(g + r);
   double chi2 = 0.0, squares = 0.0, count = 0.0;
-  std::array<double, predicted_channels> channel{};
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(g, static_cast<long>(windows.size()));
   const double* old_offset = local.offset_m;
   const double* old_drift = local.drift_m;
@@ -61,15 +76,37 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
     Stretch stretch = whole;
     stretch.first = window.first;
     stretch.last = window.last;
-    MachineState<double> start = stateFromMeasurement(rec, base_model, whole.spin, window.first);
-    for (int a = 0; a < 4; ++a)  // the parabola went through measured values: take the known offset out
-      (void)a;
-    const MachineState<double> guess = start;
-    std::vector<double>& kept = local.window_start[number];
-    if (static_cast<int>(kept.size()) == w) {
-      std::copy(kept.begin(), kept.begin() + free_states, start.mechanics.begin());
-      std::copy(kept.begin() + free_states, kept.end(), start.current);
+    // where to begin: where the last evaluation ended, where the window before led to, or what was measured
+    MachineState<double>& kept = local.window_start[number];
+    std::vector<MachineState<double>> guesses;
+    if (static_cast<int>(kept.mechanics.size()) == mechanics) guesses.push_back(kept);
+    if (static_cast<int>(led_to.mechanics.size()) == mechanics) guesses.push_back(led_to);
+    guesses.push_back(stateFromMeasurement(rec, base_model, whole.spin, window.first));
+    const bool fresh = kept.mechanics.empty();
+    MachineState<double> start = guesses[0];
+    if (guesses.size() > 1) {
+      std::vector<LaneJob> jobs;
+      outs.resize(width * guesses.size());
+      for (std::size_t k = 0; k < guesses.size(); ++k) {
+        jobs.push_back(jobOf(rec, base_model, local.angle_rad));
+        jobs.back().start = &guesses[k];
+        jobs.back().out = outs.data() + k * width;
+        guesses[k].pending.resize(guesses[0].pending.size(), guesses[0].pending.empty()
+                                                                 ? PendingCommand<double>{}
+                                                                 : guesses[0].pending.back());
+      }
+      predict(stretch, jobs);
+      double least = 1e300;
+      for (std::size_t k = 0; k < guesses.size(); ++k) {
+        const double sum = jobs[k].finite ? squaresOf(rec, window.first, n, outs.data() + k * width, old_offset, old_drift)
+                                          : 1e300;
+        if (sum < least) {
+          least = sum;
+          start = guesses[k];
+        }
+      }
     }
+    const MachineState<double> guess = start;
     const auto scaleOf = [&](int k, double displacement, double rate, double current) {
       if (k >= free_states) return current;
       if (k < coordinates) return displacement;
@@ -78,26 +115,28 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
     const auto valueOf = [&](const MachineState<double>& state, int k) {
       return k < free_states ? state.mechanics[k] : state.current[k - free_states];
     };
-    const int passes = std::max(1, options.window_passes) + (kept.empty() ? 4 : 0);
-    double damping = 1e-3, previous = 1e300;
-    MachineState<double> best = start;
+    const auto moved = [&](MachineState<double> state, const Eigen::VectorXd& step) {
+      for (int k = 0; k < free_states; ++k) state.mechanics[k] += step[k];
+      for (int a = 0; a < 4; ++a) state.current[a] += step[free_states + a];
+      return state;
+    };
+    // base, w columns of the start, and (where asked) the coordinates; fills h, b, window_squares
     Eigen::MatrixXd h;
     Eigen::VectorXd b;
     double window_squares = 0.0;
-    bool finite = true;
-    for (int pass = 0; pass <= passes; ++pass) {
-      const bool last = pass == passes;
-      const int columns = (last ? g : 0) + w;
+    MachineState<double> end_state;
+    const auto linearise = [&](const MachineState<double>& at, bool with_coordinates) {
+      const int columns = (with_coordinates ? g : 0) + w;
       std::vector<LaneJob> jobs;
       std::vector<std::vector<double>> changes(w, std::vector<double>(mechanics + 4, 0.0));
       const auto add = [&](const Model& model, const double* change) {
         LaneJob job = jobOf(rec, model, local.angle_rad);
-        job.start = &start;
+        job.start = &at;
         job.start_change = change;
         jobs.push_back(job);
       };
       add(base_model, nullptr);
-      if (last)
+      if (with_coordinates)
         for (int k = 0; k < g; ++k) add(models[k + 1], nullptr);
       for (int k = 0; k < w; ++k) {
         changes[k][k < free_states ? k : mechanics + k - free_states] =
@@ -106,75 +145,81 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
       }
       outs.resize(width * jobs.size());
       for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
+      jobs[0].end = &end_state;
       predict(stretch, jobs);
-      finite = true;
-      for (const auto& job : jobs) finite = finite && job.finite;
-      if (!finite) break;
-      // rows: all channels; columns: coordinates, window, offsets and drifts, residual
+      for (const auto& job : jobs)
+        if (!job.finite) return false;
       const int size = columns + r;
       h = Eigen::MatrixXd::Zero(size, size);
       b = Eigen::VectorXd::Zero(size);
-      Eigen::VectorXd row(size);
       window_squares = 0.0;
-      if (last) channel.fill(0.0);
+      Eigen::MatrixXd rows(n, size);
+      Eigen::VectorXd residuals(n);
       for (int c = 0; c < predicted_channels; ++c) {
         if (rec.noise[c] <= 0.0) continue;
         const double weight = 1.0 / rec.noise[c];
+        if (r > 0) rows.rightCols(r).setZero();
         for (long i = 0; i < n; ++i) {
-          const std::size_t at = i * predicted_channels + c;
-          const double y = outs[at];
+          const std::size_t place = i * predicted_channels + c;
+          const double y = outs[place];
           int k = 0, lane = 1;
-          if (last)
-            for (; k < g; ++k, ++lane) row[k] = (outs[lane * width + at] - y) / steps_[k] * weight;
+          if (with_coordinates)
+            for (; k < g; ++k, ++lane) rows(i, k) = (outs[lane * width + place] - y) / steps_[k] * weight;
           for (int j = 0; j < w; ++j, ++k, ++lane)
-            row[k] = (outs[lane * width + at] - y) / scaleOf(j, displacement_step, rate_step, current_step) * weight;
-          double residual = (rec.measured[(window.first + i) * predicted_channels + c] - y) * weight;
-          if (r > 0) {
-            row.tail(r).setZero();
-            if (c < 4) {
-              const double share = static_cast<double>(window.first + i) / rec.samples - 0.5;
-              residual -= (old_offset[c] + old_drift[c] * share) * weight;
-              row[columns + c] = weight;
-              row[columns + 4 + c] = weight * share;
-            }
+            rows(i, k) =
+                (outs[lane * width + place] - y) / scaleOf(j, displacement_step, rate_step, current_step) * weight;
+          residuals[i] = (rec.measured[(window.first + i) * predicted_channels + c] - y) * weight;
+          if (r > 0 && c < 4) {
+            const double share = static_cast<double>(window.first + i) / rec.samples - 0.5;
+            residuals[i] -= (old_offset[c] + old_drift[c] * share) * weight;
+            rows(i, columns + c) = weight;
+            rows(i, columns + 4 + c) = weight * share;
           }
-          h.selfadjointView<Eigen::Lower>().rankUpdate(row);
-          b += residual * row;
-          window_squares += residual * residual;
         }
+        h.noalias() += rows.transpose() * rows;
+        b.noalias() += rows.transpose() * residuals;
+        window_squares += residuals.squaredNorm();
       }
-      h = h.selfadjointView<Eigen::Lower>();
-      if (last) break;
-      // refine the start with the run's unknowns held
-      Eigen::MatrixXd own = h.topLeftCorner(w, w);
-      Eigen::VectorXd right = b.head(w);
+      return true;
+    };
+    // refine the start, the run's unknowns held
+    bool finite = true;
+    double damping = 1e-4, best_squares = 1e300;
+    MachineState<double> best = start;
+    Eigen::MatrixXd best_h;
+    Eigen::VectorXd best_b;
+    const int passes = options.window_passes + (fresh ? 8 : 0);
+    for (int pass = 0; pass < passes; ++pass) {
+      finite = linearise(start, false);
+      const bool better = finite && window_squares < best_squares;
+      const double drop = best_squares - window_squares;
+      if (better) {
+        best = start;
+        best_squares = window_squares;
+        best_h = h.topLeftCorner(w, w);
+        best_b = b.head(w);
+        damping = std::max(damping * 0.1, 1e-7);
+      } else {
+        if (best_h.size() == 0) break;
+        damping = std::min(std::max(damping * 30.0, 1e-3), 1e8);
+      }
+      if (better && pass > 0 && drop < 2e-3 * best_squares) break;
+      Eigen::MatrixXd own = best_h;
+      Eigen::VectorXd right = best_b;
       for (int k = 0; k < w; ++k) {
         const double prior = scaleOf(k, displacement_prior, rate_prior, current_prior);
-        own(k, k) += 1.0 / (prior * prior);
-        right[k] += (valueOf(guess, k) - valueOf(start, k)) / (prior * prior);
+        own(k, k) = own(k, k) * (1.0 + damping) + 1.0 / (prior * prior);
+        right[k] += (valueOf(guess, k) - valueOf(best, k)) / (prior * prior);
       }
-      if (window_squares > previous) {
-        damping = std::min(damping * 30.0, 1e6);
-        start = best;
-      } else {
-        if (previous - window_squares < 1e-3 * window_squares && pass > 0 && pass + 1 < passes) pass = passes - 2;
-        damping = std::max(damping * 0.1, 1e-6);
-        previous = window_squares;
-        best = start;
-      }
-      own.diagonal() *= 1.0 + damping;
       const Eigen::VectorXd step = own.ldlt().solve(right);
       if (!step.allFinite()) break;
-      for (int k = 0; k < free_states; ++k) start.mechanics[k] += step[k];
-      for (int a = 0; a < 4; ++a) start.current[a] += step[free_states + a];
-      if (pass == passes - 1 && window_squares > 2.0 * previous) start = best;
+      start = moved(best, step);
     }
-    if (!finite || !std::isfinite(window_squares)) {
+    if (best_h.size() != 0) start = best;
+    if (!linearise(start, true) || !std::isfinite(window_squares)) {
       normal.finite = false;
+      led_to = {};
       continue;
-    }
-    if (window_squares > 1.5 * previous) {  // the last step went wrong: stay at the best start
-      start = best;
     }
     // eliminate the window
     const int rest = g + r;
@@ -204,9 +249,9 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
     // after the linear refinement: what the window's own fit leaves
     squares += std::max(window_squares - gain, score_floor);
     count += static_cast<double>(n) * std::count_if(rec.noise.begin(), rec.noise.end(), [](double s) { return s > 0.0; });
-    kept.assign(w, 0.0);
-    const double take = gain < 0.2 * window_squares ? 1.0 : 0.3;
-    for (int k = 0; k < w; ++k) kept[k] = valueOf(start, k) + take * solved[k];
+    // the linear step is taken next time where it is small; the state that this window leads to goes on from here
+    kept = gain < 0.1 * window_squares ? moved(start, solved) : start;
+    led_to = end_state;
     if (options.keep_prediction)
       for (long i = 0; i < n; ++i)
         for (int c = 0; c < predicted_channels; ++c)

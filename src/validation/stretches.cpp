@@ -89,7 +89,7 @@ double freeStep(const Model& model) {
 }
 
 double contactStep(const Model& model) {
-  double step = 4e-6;
+  double step = 2e-5;
   for (const auto& effect : model.effects)
     if (effect.id == "compliant_mount") {  // the mount's own motion under the contact's stiffness
       const double stiffness = model.rig.auxiliary_bearing.stiffness_N_per_m + effect.values[0];

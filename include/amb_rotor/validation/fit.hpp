@@ -37,7 +37,7 @@ struct NormalEquations {
 struct LocalState {
   bool angle_known = false;
   double angle_rad = 0.0;                ///< at standstill
-  std::vector<std::vector<double>> window_start;  ///< mechanics and currents of each window; empty: not yet
+  std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
   double offset_m[4] = {0, 0, 0, 0}, drift_m[4] = {0, 0, 0, 0};  ///< drift: over the whole run
 };
 
