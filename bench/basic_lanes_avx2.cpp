@@ -21,7 +21,8 @@ constexpr int machines = 256;
 
 std::vector<BasicParameters<double>> sweep() {
   std::vector<BasicParameters<double>> all(machines);
-  for (int i = 0; i < machines; ++i) all[static_cast<std::size_t>(i)].frequency_ratio = 0.9 + 0.5 * i / machines;
+  for (int i = 0; i < machines; ++i)
+    all[static_cast<std::size_t>(i)].frequency_ratio = 0.9 + 0.5 * i / machines;
   return all;
 }
 
@@ -47,8 +48,9 @@ struct Hand {
   __m256d f[packs], d[packs], k[packs], c[packs], m[packs], x[packs], y[packs], vx[packs], vy[packs];
 };
 
-inline __attribute__((always_inline)) void force(const Hand& h, int i, __m256d cosine, __m256d sine, __m256d x,
-                                                 __m256d y, __m256d vx, __m256d vy, __m256d& ax, __m256d& ay) {
+inline __attribute__((always_inline)) void force(const Hand& h, int i, __m256d cosine, __m256d sine,
+                                                 __m256d x, __m256d y, __m256d vx, __m256d vy, __m256d& ax,
+                                                 __m256d& ay) {
   const __m256d one = _mm256_set1_pd(1.0);
   const __m256d square = _mm256_fmadd_pd(x, x, _mm256_mul_pd(y, y));
   const __m256d r = _mm256_sqrt_pd(_mm256_max_pd(square, one));
@@ -155,8 +157,9 @@ BENCHMARK(handKernel)->Name("basic_lanes/hand_avx2/threads:1")->UseRealTime();
 const bool registered = [] {
   for (const std::string& set : basicInstructionSets()) {
     for (int threads : {1, 2}) {
-      benchmark::RegisterBenchmark(("basic_lanes/" + set + "/threads:" + std::to_string(threads)).c_str(),
-                                   [set, threads](benchmark::State& state) { lanesKernel(state, set, threads); })
+      benchmark::RegisterBenchmark(
+          ("basic_lanes/" + set + "/threads:" + std::to_string(threads)).c_str(),
+          [set, threads](benchmark::State& state) { lanesKernel(state, set, threads); })
           ->UseRealTime();
     }
   }

@@ -1,6 +1,6 @@
-// One run of the basic model in rub, event-accurate, beside Boost.odeint's DOPRI5 and SUNDIALS CVODE with root
-// finding: 300 turns from (1, 0) at rest, centred bearing, frequency ratio 1.05. Counters: the error of the end
-// position against our own run at tolerance 1e-13, right-hand-side calls, and the tolerance.
+// One run of the basic model in rub, event-accurate, beside Boost.odeint's DOPRI5 and SUNDIALS CVODE with
+// root finding: 300 turns from (1, 0) at rest, centred bearing, frequency ratio 1.05. Counters: the error of
+// the end position against our own run at tolerance 1e-13, right-hand-side calls, and the tolerance.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -52,8 +52,9 @@ struct Rate {
     ++calls;
     rate[0] = q[2];
     rate[1] = q[3];
-    BasicModel<LinearContact, SpinFriction>::acceleration(c, c.forcing * std::cos(eta * t), c.forcing * std::sin(eta * t),
-                                                          q[0], q[1], q[2], q[3], rate[2], rate[3]);
+    BasicModel<LinearContact, SpinFriction>::acceleration(c, c.forcing * std::cos(eta * t),
+                                                          c.forcing * std::sin(eta * t), q[0], q[1], q[2],
+                                                          q[3], rate[2], rate[3]);
   }
 };
 
@@ -140,7 +141,9 @@ void lanes(benchmark::State& state, int steps) {
   constexpr int machines = 1024;
   BasicState<double> end;
   for (auto _ : state) {
-    end = runBasicLanes(std::vector<BasicParameters<double>>(machines, rubbing()), {{1.0, 0.0, 0.0, 0.0}}, options).end.front();
+    end = runBasicLanes(std::vector<BasicParameters<double>>(machines, rubbing()), {{1.0, 0.0, 0.0, 0.0}},
+                        options)
+              .end.front();
   }
   report(state, end.x, end.y, 4.0 * steps * turns, 0.0);
   state.counters["machines"] = machines;
@@ -149,7 +152,8 @@ void lanes(benchmark::State& state, int steps) {
 const bool registered = [] {
   using benchmark::RegisterBenchmark;
   for (int steps : {200, 400, 800}) {
-    RegisterBenchmark(("lanes_rk4/steps:" + std::to_string(steps)).c_str(), [=](benchmark::State& s) { lanes(s, steps); });
+    RegisterBenchmark(("lanes_rk4/steps:" + std::to_string(steps)).c_str(),
+                      [=](benchmark::State& s) { lanes(s, steps); });
   }
   for (double tolerance : {1e-6, 1e-8, 1e-10}) {
     const std::string text = "/" + std::to_string(static_cast<int>(std::round(-std::log10(tolerance))));

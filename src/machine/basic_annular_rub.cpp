@@ -20,7 +20,8 @@ double signedFriction(const BasicParameters<double>& p) { return p.friction_sign
 
 Quadratic radiusEquation(const BasicParameters<double>& p) {
   if (p.misalignment_x != 0.0 || p.misalignment_y != 0.0) {
-    throw InputError({{"", 0, "misalignment", "", "must be 0: the closed form is that of a centred bearing"}});
+    throw InputError(
+        {{"", 0, "misalignment", "", "must be 0: the closed form is that of a centred bearing"}});
   }
   const double eta = p.frequency_ratio, alpha = p.contact_stiffness, s = signedFriction(p);
   const double k = p.support_stiffness + alpha - eta * eta, d = p.damping * eta + s * alpha;
@@ -49,7 +50,8 @@ std::vector<double> annularRubRadii(const BasicParameters<double>& p) {
 
 BasicState<double> annularRubState(const BasicParameters<double>& p, double radius) {
   const double eta = p.frequency_ratio, n = p.contact_stiffness * (1.0 - 1.0 / radius);
-  const std::complex<double> stiffness(p.support_stiffness - eta * eta + n, p.damping * eta + signedFriction(p) * n);
+  const std::complex<double> stiffness(p.support_stiffness - eta * eta + n,
+                                       p.damping * eta + signedFriction(p) * n);
   const std::complex<double> z = std::polar(eta * eta * p.eccentricity, p.unbalance_phase) / stiffness;
   const std::complex<double> v = std::complex<double>(0.0, eta) * z;
   return {z.real(), z.imag(), v.real(), v.imag()};

@@ -128,9 +128,10 @@ void checkRun(const std::vector<BasicParameters<double>>& machines,
     if (!holds) faults.push_back({"", 0, key, value, rule});
   };
   require(!machines.empty(), "machines", "0", "at least one machine");
-  require(initial.size() == 1 || initial.size() == machines.size(), "initial",
-          std::to_string(initial.size()), "one initial state for all machines, or one for each");
-  require(options.steps_per_turn >= 4, "steps_per_turn", std::to_string(options.steps_per_turn), "at least 4");
+  require(initial.size() == 1 || initial.size() == machines.size(), "initial", std::to_string(initial.size()),
+          "one initial state for all machines, or one for each");
+  require(options.steps_per_turn >= 4, "steps_per_turn", std::to_string(options.steps_per_turn),
+          "at least 4");
   require(options.turns_skipped >= 0, "turns_skipped", std::to_string(options.turns_skipped), "at least 0");
   require(options.turns_kept >= 0, "turns_kept", std::to_string(options.turns_kept), "at least 0");
   require(options.threads >= 0, "threads", std::to_string(options.threads), "at least 0");
@@ -154,8 +155,8 @@ BasicLaneResult runBasicLanes(const std::vector<BasicParameters<double>>& machin
                               const BasicLaneOptions& options) {
   checkRun(machines, initial, options);
   checkBasicSteps(machines, options);
-  const std::string set = options.instruction_set.empty() ? basicInstructionSets().front()
-                                                          : options.instruction_set;
+  const std::string set =
+      options.instruction_set.empty() ? basicInstructionSets().front() : options.instruction_set;
   const BasicKernelSet chosen = kernels(set);
   Columns columns(machines, initial, options, chosen.block_lanes);
   const std::vector<double> table = halfStepTable(options.steps_per_turn);
@@ -183,7 +184,8 @@ BasicLaneResult runBasicLanes(const std::vector<BasicParameters<double>>& machin
   const BasicKernel kernel = chosen.kernel[contact][friction][options.lyapunov ? 1 : 0];
   const std::size_t blocks = columns.lanes / chosen.block_lanes;
   const auto runAll = [&] {
-    tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) { kernel(work, block * chosen.block_lanes); });
+    tbb::parallel_for(std::size_t{0}, blocks,
+                      [&](std::size_t block) { kernel(work, block * chosen.block_lanes); });
   };
   if (options.threads == 1) {
     for (std::size_t block = 0; block < blocks; ++block) kernel(work, block * chosen.block_lanes);

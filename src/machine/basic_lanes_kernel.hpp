@@ -18,15 +18,15 @@ constexpr int basic_tangent_turns = 40;  ///< turns before the record that a tan
 /// One call of a kernel. Columns have one entry a lane; lanes are a multiple of the block's.
 struct BasicLaneWork {
   const double* coefficients[basic_coefficient_count];  ///< in step units, order of BasicCoefficients
-  double* state[4];       ///< x, y, vx, vy in step units; in and out
+  double* state[4];                                     ///< x, y, vx, vy in step units; in and out
   double* section[4];     ///< the same at the end of each kept turn: [turn * lanes + lane]; may be null
   double* contact_steps;  ///< out
   double* largest;        ///< out: largest and smallest squared distance from the bearing's centre
   double* smallest;
-  double* swept;          ///< out: angle about the bearing's centre [rad]
-  double* log_growth;     ///< out: sum of the logarithms of the tangent's growth; null: not wanted
-  const double* step;     ///< length of a step [1/w_n], for the norm of a tangent
-  const double* table;    ///< cosine and sine of the phase at every half step of a turn, interleaved
+  double* swept;        ///< out: angle about the bearing's centre [rad]
+  double* log_growth;   ///< out: sum of the logarithms of the tangent's growth; null: not wanted
+  const double* step;   ///< length of a step [1/w_n], for the norm of a tangent
+  const double* table;  ///< cosine and sine of the phase at every half step of a turn, interleaved
   std::size_t lanes;
   int steps_per_turn, turns_skipped, turns_kept;
 };
@@ -74,9 +74,9 @@ inline __attribute__((always_inline)) void turn(Block<S, T, packs>& b, const dou
       qy[k] = qy[k] + quarter * a1y[k];
       wx[k] = b.vx[k] + half * a2x;
       wy[k] = b.vy[k] + half * a2y;
-      sx[k] = a1x[k] + a2x;   // a1 + a2, later + a3
+      sx[k] = a1x[k] + a2x;  // a1 + a2, later + a3
       sy[k] = a1y[k] + a2y;
-      tx[k] = a2x;            // a2, later a2 + a3
+      tx[k] = a2x;  // a2, later a2 + a3
       ty[k] = a2y;
     }
     for (int k = 0; k < packs; ++k) {
@@ -181,7 +181,8 @@ inline void recordTurns(const BasicLaneWork& work, std::size_t first, Block<S, T
   for (int t = 0; t < work.turns_kept; ++t) {
     turn<Model, true>(b, work.table, work.steps_per_turn, &sums);
     if constexpr (tangent) {
-      for (int k = 0; k < packs; ++k) divideTangent(b, k, loaded<S>(work.step + first + k * width), growth[k]);
+      for (int k = 0; k < packs; ++k)
+        divideTangent(b, k, loaded<S>(work.step + first + k * width), growth[k]);
     }
     storeSection(b, work.section, static_cast<std::size_t>(t) * work.lanes + first);
   }
@@ -204,8 +205,8 @@ void runBlock(const BasicLaneWork& work, std::size_t first) {
   for (int k = 0; k < packs; ++k) {
     const std::size_t at = first + k * width;
     S* field[basic_coefficient_count] = {
-        &b.c[k].forcing,         &b.c[k].damping,  &b.c[k].stiffness,      &b.c[k].contact,
-        &b.c[k].contact_damping, &b.c[k].friction, &b.c[k].misalignment_x, &b.c[k].misalignment_y,
+        &b.c[k].forcing,         &b.c[k].damping,       &b.c[k].stiffness,      &b.c[k].contact,
+        &b.c[k].contact_damping, &b.c[k].friction,      &b.c[k].misalignment_x, &b.c[k].misalignment_y,
         &b.c[k].surface_speed,   &b.c[k].regularisation};
     for (int i = 0; i < basic_coefficient_count; ++i) *field[i] = loaded<S>(work.coefficients[i] + at);
     S* state[4] = {&b.x[k], &b.y[k], &b.vx[k], &b.vy[k]};
@@ -214,8 +215,10 @@ void runBlock(const BasicLaneWork& work, std::size_t first) {
   using Sums = RunningSums<S, packs>;
   // Before the record a tangent only has to turn towards the direction of fastest growth: a few turns do.
   int alone = work.turns_skipped;
-  if constexpr (tangent) alone = work.turns_skipped > basic_tangent_turns ? work.turns_skipped - basic_tangent_turns : 0;
-  for (int t = 0; t < alone; ++t) turn<Model, false>(b, work.table, work.steps_per_turn, static_cast<Sums*>(nullptr));
+  if constexpr (tangent)
+    alone = work.turns_skipped > basic_tangent_turns ? work.turns_skipped - basic_tangent_turns : 0;
+  for (int t = 0; t < alone; ++t)
+    turn<Model, false>(b, work.table, work.steps_per_turn, static_cast<Sums*>(nullptr));
   if constexpr (!tangent) {
     recordTurns<Model>(work, first, b);
   } else {
@@ -230,7 +233,8 @@ void runBlock(const BasicLaneWork& work, std::size_t first) {
     S ignored(0.0);
     for (int t = alone; t < work.turns_skipped; ++t) {
       turn<Model, false>(with, work.table, work.steps_per_turn, static_cast<Sums*>(nullptr));
-      for (int k = 0; k < packs; ++k) divideTangent(with, k, loaded<S>(work.step + first + k * width), ignored);
+      for (int k = 0; k < packs; ++k)
+        divideTangent(with, k, loaded<S>(work.step + first + k * width), ignored);
     }
     recordTurns<Model>(work, first, with);
   }

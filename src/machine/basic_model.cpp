@@ -33,7 +33,8 @@ double steepestContact(const BasicParameters<double>& p, BasicContact contact) {
 
 BasicParameters<double> rotatedToPhaseZero(const BasicParameters<double>& p) {
   BasicParameters<double> turned = p;
-  const BasicState<double> centre = rotated({p.misalignment_x, p.misalignment_y, 0.0, 0.0}, -p.unbalance_phase);
+  const BasicState<double> centre =
+      rotated({p.misalignment_x, p.misalignment_y, 0.0, 0.0}, -p.unbalance_phase);
   turned.misalignment_x = centre.x;
   turned.misalignment_y = centre.y;
   turned.unbalance_phase = 0.0;
@@ -80,8 +81,9 @@ void checkBasicSteps(const std::vector<BasicParameters<double>>& machines, const
     required = std::max(required, requiredBasicSteps(machine, options.contact));
   }
   if (options.steps_per_turn < required) {
-    throw InputError({{"", 0, "steps_per_turn", std::to_string(options.steps_per_turn),
-                       "too coarse for the contact: at least " + std::to_string(required) + " steps a turn"}});
+    throw InputError(
+        {{"", 0, "steps_per_turn", std::to_string(options.steps_per_turn),
+          "too coarse for the contact: at least " + std::to_string(required) + " steps a turn"}});
   }
 }
 

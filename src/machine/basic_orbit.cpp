@@ -24,15 +24,14 @@ double slopeNorm(const Five& a) {
 
 // Dormand and Prince 5(4).
 constexpr double node[7] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1};
-constexpr double stage[7][6] = {
-    {0},
-    {1.0 / 5},
-    {3.0 / 40, 9.0 / 40},
-    {44.0 / 45, -56.0 / 15, 32.0 / 9},
-    {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
-    {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
-    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-constexpr double fifth_less_fourth[7] = {71.0 / 57600,      0,           -71.0 / 16695, 71.0 / 1920,
+constexpr double stage[7][6] = {{0},
+                                {1.0 / 5},
+                                {3.0 / 40, 9.0 / 40},
+                                {44.0 / 45, -56.0 / 15, 32.0 / 9},
+                                {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+                                {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+                                {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
+constexpr double fifth_less_fourth[7] = {71.0 / 57600,      0,          -71.0 / 16695, 71.0 / 1920,
                                          -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
 /// One machine in phase units, with T = double or Five.
@@ -55,11 +54,13 @@ class Flow {
 
   /// Squared distance from the bearing's centre less 1, and its rate.
   double gap(const Quad<T>& q) const {
-    const double u = valueOf(q[0]) - valueOf(c_.misalignment_x), v = valueOf(q[1]) - valueOf(c_.misalignment_y);
+    const double u = valueOf(q[0]) - valueOf(c_.misalignment_x),
+                 v = valueOf(q[1]) - valueOf(c_.misalignment_y);
     return u * u + v * v - 1.0;
   }
   double gapRate(const Quad<T>& q) const {
-    const double u = valueOf(q[0]) - valueOf(c_.misalignment_x), v = valueOf(q[1]) - valueOf(c_.misalignment_y);
+    const double u = valueOf(q[0]) - valueOf(c_.misalignment_x),
+                 v = valueOf(q[1]) - valueOf(c_.misalignment_y);
     return 2.0 * (u * valueOf(q[2]) + v * valueOf(q[3]));
   }
 
@@ -87,7 +88,8 @@ class Flow {
   double gapAt(const Quad<T>& q, const Quad<T>& next, double h, double s) const {
     double p[2];
     for (int i = 0; i < 2; ++i) {
-      const double a = valueOf(q[i]), b = valueOf(next[i]), va = h * valueOf(q[i + 2]), vb = h * valueOf(next[i + 2]);
+      const double a = valueOf(q[i]), b = valueOf(next[i]), va = h * valueOf(q[i + 2]),
+                   vb = h * valueOf(next[i + 2]);
       const double d = b - a;
       p[i] = a + s * (va + s * ((3.0 * d - 2.0 * va - vb) + s * (va + vb - 2.0 * d)));
     }
@@ -100,7 +102,8 @@ class Flow {
     bool contact = gap(q) > 0.0 || (gap(q) == 0.0 && gapRate(q) > 0.0);
     double last_rate = gapRate(q);
     const auto note = [&] {
-      if (observer) observer(phase, {valueOf(q[0]), valueOf(q[1]), eta * valueOf(q[2]), eta * valueOf(q[3])}, contact);
+      if (observer)
+        observer(phase, {valueOf(q[0]), valueOf(q[1]), eta * valueOf(q[2]), eta * valueOf(q[3])}, contact);
     };
     note();
     rate(phase, q, contact, k_[0]);
@@ -214,8 +217,12 @@ BasicParameters<T> lifted(const BasicParameters<double>& p, const std::string& p
 
 }  // namespace
 
-Eigen::Vector4d phaseUnits(const BasicState<double>& s, double eta) { return {s.x, s.y, s.vx / eta, s.vy / eta}; }
-BasicState<double> timeUnits(const Eigen::Vector4d& q, double eta) { return {q[0], q[1], eta * q[2], eta * q[3]}; }
+Eigen::Vector4d phaseUnits(const BasicState<double>& s, double eta) {
+  return {s.x, s.y, s.vx / eta, s.vy / eta};
+}
+BasicState<double> timeUnits(const Eigen::Vector4d& q, double eta) {
+  return {q[0], q[1], eta * q[2], eta * q[3]};
+}
 
 BasicOrbit advanceBasic(const BasicParameters<double>& given, const BasicState<double>& initial, int turns,
                         const BasicOrbitOptions& options, const BasicObserver& observer) {
@@ -261,8 +268,8 @@ BasicOrbit basicOrbit(const BasicParameters<double>& p, const BasicState<double>
   });
 }
 
-Eigen::Matrix4d saltationJump(const BasicParameters<double>& given, const BasicState<double>& state, double phase,
-                              const BasicOrbitOptions& options) {
+Eigen::Matrix4d saltationJump(const BasicParameters<double>& given, const BasicState<double>& state,
+                              double phase, const BasicOrbitOptions& options) {
   const BasicParameters<double> p = rotatedToPhaseZero(given);
   const BasicState<double> s = rotated(state, -given.unbalance_phase);
   return withModel(options, [&](auto model) {

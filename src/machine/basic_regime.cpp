@@ -7,7 +7,7 @@
 namespace amb_rotor {
 namespace {
 
-constexpr double always = 0.999;      // share of the time that counts as all the time
+constexpr double always = 0.999;       // share of the time that counts as all the time
 constexpr double forward_turn = 0.01;  // a forward whirl may miss one turn a turn by this
 
 BasicMotion motionOf(const BasicLaneResult& r, std::size_t i, const BasicRegimeOptions& options) {

@@ -40,9 +40,10 @@ BasicParameters<double> basicParametersFrom(const NamedValues& values) {
     if (key == misalignment) distance = value;
     if (key == misalignment_angle) angle_deg = value;
     if (key == phase) p.unbalance_phase = radians(value);
-    BasicParameters<double>::visit(p, [&, &key = key, &value = value](const std::string& field, double& target) {
-      if (field == key) target = value;
-    });
+    BasicParameters<double>::visit(p,
+                                   [&, &key = key, &value = value](const std::string& field, double& target) {
+                                     if (field == key) target = value;
+                                   });
   }
   p.misalignment_x = distance * std::cos(radians(angle_deg));
   p.misalignment_y = distance * std::sin(radians(angle_deg));
@@ -67,7 +68,8 @@ std::vector<double> BasicSweep::valuesAt(std::size_t point) const {
 BasicParameters<double> BasicSweep::machineAt(std::size_t point) const {
   NamedValues all = parameters;
   const auto values = valuesAt(point);
-  for (std::size_t axis = 0; axis < swept.size(); ++axis) all.emplace_back(swept[axis].parameter, values[axis]);
+  for (std::size_t axis = 0; axis < swept.size(); ++axis)
+    all.emplace_back(swept[axis].parameter, values[axis]);
   return basicParametersFrom(all);
 }
 
@@ -84,6 +86,8 @@ BasicSweepPart runBasicSweep(const BasicSweep& sweep, std::size_t first, std::si
   return part;
 }
 
-double exponentPerTime(double per_turn, double frequency_ratio) { return per_turn * frequency_ratio / two_pi; }
+double exponentPerTime(double per_turn, double frequency_ratio) {
+  return per_turn * frequency_ratio / two_pi;
+}
 
 }  // namespace amb_rotor

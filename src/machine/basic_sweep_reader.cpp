@@ -14,7 +14,8 @@ std::vector<std::string> unused(const BasicLaneOptions& run) {
   std::vector<std::string> names;
   if (run.contact == BasicContact::linear) names = {"hertz_stiffness", "hertz_damping"};
   if (run.contact == BasicContact::hertz) names = {"contact_stiffness"};
-  if (run.friction == BasicFriction::spin) names.insert(names.end(), {"surface_radius", "regularisation_speed"});
+  if (run.friction == BasicFriction::spin)
+    names.insert(names.end(), {"surface_radius", "regularisation_speed"});
   return names;
 }
 
@@ -37,7 +38,8 @@ SweptParameter readAxis(YamlMap map, const std::vector<std::string>& names) {
   SweptParameter axis;
   axis.parameter = map.text("parameter");
   if (!axis.parameter.empty() && !contains(names, axis.parameter)) {
-    map.fault("parameter", "is no parameter that these laws use; nearest: " + nearestWord(axis.parameter, names));
+    map.fault("parameter",
+              "is no parameter that these laws use; nearest: " + nearestWord(axis.parameter, names));
   }
   if (map.has("values")) {
     axis.values = map.numbers("values");
@@ -56,7 +58,8 @@ SweptParameter readAxis(YamlMap map, const std::vector<std::string>& names) {
       }
     } else {
       count = wholeNumber(map, "count", 2);
-      for (double i = 0.0; i < std::min(count, 1e7); ++i) axis.values.push_back(from + (to - from) * i / (count - 1.0));
+      for (double i = 0.0; i < std::min(count, 1e7); ++i)
+        axis.values.push_back(from + (to - from) * i / (count - 1.0));
     }
     if (count > 1e7) map.fault(map.has("step") ? "step" : "count", "at most 10 million values");
   }
@@ -75,7 +78,8 @@ ContinuationRequest readContinuation(YamlMap map, const std::vector<std::string>
   request.given = true;
   request.parameter = map.text("parameter");
   if (!request.parameter.empty() && !contains(names, request.parameter)) {
-    map.fault("parameter", "is no parameter that these laws use; nearest: " + nearestWord(request.parameter, names));
+    map.fault("parameter",
+              "is no parameter that these laws use; nearest: " + nearestWord(request.parameter, names));
   }
   request.from = map.number("from");
   request.to = map.number("to");
@@ -112,7 +116,8 @@ BasicSweep readBasicSweep(const std::string& path) {
   sweep.title = root.text("title");
   sweep.source = root.text("source");
   root.choice("machine", {"basic"});
-  sweep.run.contact = root.choice("contact", {"linear", "hertz"}) == 1 ? BasicContact::hertz : BasicContact::linear;
+  sweep.run.contact =
+      root.choice("contact", {"linear", "hertz"}) == 1 ? BasicContact::hertz : BasicContact::linear;
   sweep.run.friction =
       root.choice("friction_law", {"spin", "sliding"}) == 1 ? BasicFriction::sliding : BasicFriction::spin;
 
@@ -128,7 +133,8 @@ BasicSweep readBasicSweep(const std::string& path) {
     swept_names.push_back(sweep.swept.back().parameter);
   }
   if (root.valid() && (sweep.swept.empty() || sweep.swept.size() > 2)) root.fault("swept", "one or two axes");
-  if (sweep.swept.size() == 2 && swept_names[0] == swept_names[1]) root.fault("swept", "two different parameters");
+  if (sweep.swept.size() == 2 && swept_names[0] == swept_names[1])
+    root.fault("swept", "two different parameters");
 
   YamlMap parameters = root.map("parameters");
   for (const auto& name : names) {

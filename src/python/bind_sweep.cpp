@@ -153,30 +153,36 @@ py::list continuation(const BasicSweep& sweep) {
   return all;
 }
 
-NamedValues namedValues(const std::map<std::string, double>& values) { return {values.begin(), values.end()}; }
+NamedValues namedValues(const std::map<std::string, double>& values) {
+  return {values.begin(), values.end()};
+}
 
 }  // namespace
 
 void bindSweep(py::module_& m) {
   m.def("basic_parameter_names", &basicParameterNames);
-  m.def("annular_rub_border",
-        [](const std::map<std::string, double>& values) {
-          return annularRubFrictionBorder(basicParametersFrom(namedValues(values)));
-        },
-        py::arg("parameters"), "Friction at which the synchronous full annular rub loses its stability.");
-  m.def("annular_rub_radii",
-        [](const std::map<std::string, double>& values) {
-          return annularRubRadii(basicParametersFrom(namedValues(values)));
-        },
-        py::arg("parameters"));
-  m.def("annular_rub_stable",
-        [](const std::map<std::string, double>& values, double radius) {
-          return annularRubStable(basicParametersFrom(namedValues(values)), radius);
-        },
-        py::arg("parameters"), py::arg("radius"));
-  m.def("run_basic_lanes", &runLanes, py::arg("parameters"), py::arg("initial"), py::arg("contact") = "linear",
-        py::arg("friction") = "spin", py::arg("steps_per_turn") = 200, py::arg("turns_skipped") = 400,
-        py::arg("turns_kept") = 100, py::arg("regimes") = true, py::arg("threads") = 0,
+  m.def(
+      "annular_rub_border",
+      [](const std::map<std::string, double>& values) {
+        return annularRubFrictionBorder(basicParametersFrom(namedValues(values)));
+      },
+      py::arg("parameters"), "Friction at which the synchronous full annular rub loses its stability.");
+  m.def(
+      "annular_rub_radii",
+      [](const std::map<std::string, double>& values) {
+        return annularRubRadii(basicParametersFrom(namedValues(values)));
+      },
+      py::arg("parameters"));
+  m.def(
+      "annular_rub_stable",
+      [](const std::map<std::string, double>& values, double radius) {
+        return annularRubStable(basicParametersFrom(namedValues(values)), radius);
+      },
+      py::arg("parameters"), py::arg("radius"));
+  m.def("run_basic_lanes", &runLanes, py::arg("parameters"), py::arg("initial"),
+        py::arg("contact") = "linear", py::arg("friction") = "spin", py::arg("steps_per_turn") = 200,
+        py::arg("turns_skipped") = 400, py::arg("turns_kept") = 100, py::arg("regimes") = true,
+        py::arg("threads") = 0,
         "Runs machines of the basic model side by side. parameters: name -> one value or one a machine.");
   py::class_<BasicSweep>(m, "BasicSweep", "A sweep of the basic model, read from an amb-sweep/1 file.")
       .def(py::init(&readBasicSweep), py::arg("path"))
@@ -184,7 +190,8 @@ void bindSweep(py::module_& m) {
       .def_readonly("title", &BasicSweep::title)
       .def_readonly("source", &BasicSweep::source)
       .def_property_readonly("size", &BasicSweep::size)
-      .def_property_readonly("turns", [](const BasicSweep& s) { return s.run.turns_kept + s.run.turns_skipped; })
+      .def_property_readonly("turns",
+                             [](const BasicSweep& s) { return s.run.turns_kept + s.run.turns_skipped; })
       .def_property_readonly("axes",
                              [](const BasicSweep& s) {
                                py::list axes;
@@ -199,7 +206,8 @@ void bindSweep(py::module_& m) {
                                for (const auto& [key, value] : s.parameters) values[py::str(key)] = value;
                                return values;
                              })
-      .def_property_readonly("continued_parameter", [](const BasicSweep& s) { return s.continuation.parameter; })
+      .def_property_readonly("continued_parameter",
+                             [](const BasicSweep& s) { return s.continuation.parameter; })
       .def("run_continuation", &continuation, "Branches of periodic motion that the file asks for.")
       .def("values_at", &BasicSweep::valuesAt, py::arg("point"))
       .def(

@@ -140,8 +140,9 @@ TEST(BasicOrbit, DerivativesAreThoseOfDifferences) {
       Eigen::Vector4d moved = q;
       if (j < 4) moved[j] += shift;
       if (j == 4) machine.frequency_ratio += shift;
-      ends[side] = phaseUnits(advanceBasic(machine, timeUnits(moved, machine.frequency_ratio), 2, options).end,
-                              machine.frequency_ratio);
+      ends[side] =
+          phaseUnits(advanceBasic(machine, timeUnits(moved, machine.frequency_ratio), 2, options).end,
+                     machine.frequency_ratio);
     }
     const Eigen::Vector4d difference = (ends[1] - ends[0]) / (2.0 * h);
     const Eigen::Vector4d column = j < 4 ? Eigen::Vector4d(orbit.monodromy.col(j)) : orbit.by_parameter;

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-
 #include <cmath>
 
 #include "amb_rotor/machine/basic_orbit.hpp"
@@ -24,7 +23,8 @@ TEST(AnnularRub, IsAMotionOfPeriodOneOfTheModel) {
     const auto p = table51(eta);
     for (double radius : annularRubRadii(p)) {
       const auto start = annularRubState(p, radius);
-      EXPECT_NEAR(std::hypot(start.x, start.y), radius, 1e-10);  // round-off, amplified by the near-cancellation of stiffness at small depth
+      EXPECT_NEAR(std::hypot(start.x, start.y), radius,
+                  1e-10);  // round-off, amplified by the near-cancellation of stiffness at small depth
       const auto orbit = advanceBasic(p, start, 1, {});
       // Tolerance 1e-10 a step, about 100 steps.
       EXPECT_NEAR(orbit.end.x, start.x, 2e-8) << eta << " " << radius;
@@ -37,7 +37,8 @@ TEST(AnnularRub, ExponentsAreTheMultipliersOfTheMonodromyMatrix) {
   const auto p = table51(1.05);
   const double radius = annularRubRadii(p).back();
   const auto orbit = basicOrbit(p, annularRubState(p, radius), 1, {});
-  // A rotating frame returns after a turn, so the multipliers are exp(lambda T): compare trace and determinant.
+  // A rotating frame returns after a turn, so the multipliers are exp(lambda T): compare trace and
+  // determinant.
   const double turn = 2.0 * M_PI / p.frequency_ratio;
   std::complex<double> trace = 0.0, determinant = 1.0;
   for (const auto& lambda : annularRubExponents(p, radius)) {

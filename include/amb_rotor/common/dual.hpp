@@ -109,8 +109,12 @@ struct Tangent {
 
   Tangent() = default;
   Tangent(const S& v, const S& s) : value(v), slope(s) {}
-  friend Tangent operator+(const Tangent& a, const Tangent& b) { return {a.value + b.value, a.slope + b.slope}; }
-  friend Tangent operator-(const Tangent& a, const Tangent& b) { return {a.value - b.value, a.slope - b.slope}; }
+  friend Tangent operator+(const Tangent& a, const Tangent& b) {
+    return {a.value + b.value, a.slope + b.slope};
+  }
+  friend Tangent operator-(const Tangent& a, const Tangent& b) {
+    return {a.value - b.value, a.slope - b.slope};
+  }
   friend Tangent operator*(const Tangent& a, const Tangent& b) {
     return {a.value * b.value, a.slope * b.value + a.value * b.slope};
   }

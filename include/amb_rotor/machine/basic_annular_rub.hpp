@@ -7,7 +7,8 @@
 //   (K^2 + D^2) R^2 - 2 alpha (K + s D) R + alpha^2 (1 + s^2) - eta^4 e^2 = 0,   R >= 1.
 // Two solutions meet at a fold (discriminant 0); one begins at R = 1 (grazing).
 //
-// Stability: z = (R + p + j q) exp(j (eta t + beta)), linear in p, q, with n = alpha (1 - 1/R), g = alpha / R:
+// Stability: z = (R + p + j q) exp(j (eta t + beta)), linear in p, q, with n = alpha (1 - 1/R), g = alpha /
+// R:
 //   p'' + d p' - 2 eta q' + (k - eta^2 + n + g) p - (d eta + s n) q = 0
 //   q'' + d q' + 2 eta p' + (k - eta^2 + n) q + (d eta + s n + s g) p = 0
 // a polynomial of order 4 in the exponent. With the clearance neglected (g = 0, n = alpha) it is

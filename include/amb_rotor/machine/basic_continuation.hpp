@@ -28,7 +28,7 @@ namespace amb_rotor {
 
 struct BranchPoint {
   double parameter = 0.0;
-  BasicState<double> state;  ///< at phase 0
+  BasicState<double> state;                           ///< at phase 0
   std::array<std::complex<double>, 4> multipliers{};  ///< largest first
   bool stable = false;
   double max_radius = 0.0, contact_fraction = 0.0;
@@ -52,12 +52,13 @@ struct Branch {
 };
 
 struct ContinuationOptions {
-  double from = 0.0, to = 0.0;   ///< of the parameter
-  double first_step = 0.01, smallest_step = 1e-7, largest_step = 0.05;  ///< arc length, parameter scaled by to - from
-  int most_points = 200;         ///< in each direction
-  int most_turns = 4;            ///< flips are followed up to this period
+  double from = 0.0, to = 0.0;  ///< of the parameter
+  double first_step = 0.01, smallest_step = 1e-7,
+         largest_step = 0.05;  ///< arc length, parameter scaled by to - from
+  int most_points = 200;       ///< in each direction
+  int most_turns = 4;          ///< flips are followed up to this period
   double newton_tolerance = 1e-9;
-  std::function<void()> alive;   ///< called at every step; may throw to stop
+  std::function<void()> alive;  ///< called at every step; may throw to stop
 };
 
 /// One machine with one parameter free.

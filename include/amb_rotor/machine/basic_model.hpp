@@ -89,7 +89,8 @@ struct BasicState {
 /// What the right-hand side needs, after the parameters have been put into a unit of time.
 template <class S>
 struct BasicCoefficients {
-  S forcing = S(0.0), damping = S(0.0), stiffness = S(1.0), contact = S(0.0), contact_damping = S(0.0), friction = S(0.0);
+  S forcing = S(0.0), damping = S(0.0), stiffness = S(1.0), contact = S(0.0), contact_damping = S(0.0),
+    friction = S(0.0);
   S misalignment_x = S(0.0), misalignment_y = S(0.0), surface_speed = S(0.0), regularisation = S(0.0);
 };
 

@@ -12,8 +12,8 @@
 // continuous across touch-down and lift-off, so S = I and nothing is applied (saltationJump gives S - I at a
 // state: a test holds it to round-off).
 //
-// Units: dimensionless as in basic_model.hpp. Valid: crossings of the clearance; an orbit that only touches it
-// (grazing) has one-sided derivatives. Errors: a result with finite = false when the step gets too small.
+// Units: dimensionless as in basic_model.hpp. Valid: crossings of the clearance; an orbit that only touches
+// it (grazing) has one-sided derivatives. Errors: a result with finite = false when the step gets too small.
 // Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5 and II.6; Leine and
 // Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, chapter 7.
 #include <Eigen/Core>
@@ -28,20 +28,20 @@ namespace amb_rotor {
 struct BasicOrbitOptions {
   BasicContact contact = BasicContact::linear;
   BasicFriction friction = BasicFriction::spin;
-  double tolerance = 1e-10;   ///< absolute, of displacement, velocity and their derivatives
-  std::string parameter;      ///< field of BasicParameters to differentiate by; empty: none
+  double tolerance = 1e-10;  ///< absolute, of displacement, velocity and their derivatives
+  std::string parameter;     ///< field of BasicParameters to differentiate by; empty: none
   long step_limit = 10000000;
 };
 
 struct BasicOrbit {
-  BasicState<double> end;             ///< velocities in clearance w_n
+  BasicState<double> end;  ///< velocities in clearance w_n
   /// d(end)/d(initial state) and d(end)/d(parameter) in phase units (velocities per radian of phase).
   Eigen::Matrix4d monodromy = Eigen::Matrix4d::Zero();
   Eigen::Vector4d by_parameter = Eigen::Vector4d::Zero();
   int touch_downs = 0;
   double contact_fraction = 0.0;
-  double largest_free_radius = 0.0;      ///< largest distance of a turning point that does not touch
-  double max_radius = 0.0;               ///< at the ends of steps
+  double largest_free_radius = 0.0;  ///< largest distance of a turning point that does not touch
+  double max_radius = 0.0;           ///< at the ends of steps
   long steps = 0, evaluations = 0;
   bool finite = true;
 };

@@ -2,8 +2,8 @@
 // What kind of motion a machine of the lanes settled to, decided from numbers:
 //
 //   diverged          not finite, or farther than 1e6 clearances
-//   full_annular_rub  in contact all the time, one forward turn about the bearing's centre a turn of the shaft
-//   dry_whirl         in contact all the time and whirling backward about the bearing's centre
+//   full_annular_rub  in contact all the time, one forward turn about the bearing's centre a turn of the
+//   shaft dry_whirl         in contact all the time and whirling backward about the bearing's centre
 //   no_contact        never in contact and repeats every turn
 //   period            repeats after n <= 16 turns: the section points n turns apart differ by less than
 //                     `period_tolerance` (velocities by twice that), over all kept turns
@@ -27,7 +27,8 @@ const char* name(BasicRegime regime);
 struct BasicRegimeOptions {
   int largest_period = 16;         ///< [turns]
   double period_tolerance = 1e-3;  ///< [clearance]
-  double chaos_growth = 2.5;  ///< growth of a tangent over all kept turns [natural logarithm] that is no chaos yet
+  double chaos_growth =
+      2.5;  ///< growth of a tangent over all kept turns [natural logarithm] that is no chaos yet
 };
 
 struct BasicMotion {

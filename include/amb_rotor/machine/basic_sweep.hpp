@@ -39,7 +39,7 @@ using NamedValues = std::vector<std::pair<std::string, double>>;
 /// What a sweep file says.
 struct BasicSweep {
   std::string name, title, source;
-  NamedValues parameters;  ///< those that are not swept
+  NamedValues parameters;                   ///< those that are not swept
   std::vector<BasicState<double>> initial;  ///< one
   std::vector<SweptParameter> swept;        ///< one or two; the last runs fastest
   BasicLaneOptions run;

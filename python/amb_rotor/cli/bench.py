@@ -58,7 +58,8 @@ def _programs(args) -> pathlib.Path:
 def _google_benchmark(program: pathlib.Path, repetitions: int) -> list[dict]:
     done = subprocess.run([program, "--benchmark_format=json", f"--benchmark_repetitions={repetitions}",
                            "--benchmark_report_aggregates_only=true"], capture_output=True, text=True, check=True)
-    return [run for run in json.loads(done.stdout)["benchmarks"] if run.get("aggregate_name") == "median"]
+    runs = json.loads(done.stdout)["benchmarks"]
+    return runs if repetitions == 1 else [run for run in runs if run.get("aggregate_name") == "median"]
 
 
 def _rate(t, q):
