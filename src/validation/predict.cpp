@@ -1,5 +1,8 @@
 #include "amb_rotor/validation/predict.hpp"
 
+#include <map>
+#include <utility>
+
 namespace amb_rotor {
 
 void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
@@ -26,8 +29,31 @@ const Choice& choice() {
 
 }  // namespace
 
+namespace {
+
+/// What the lanes of a pack must share: the controller's instants.
+std::pair<double, double> controllerInstants(const Model& model) {
+  double delay = model.rig.controller.delay_s;
+  for (const auto& effect : model.effects)
+    if (effect.id == "control_delay") delay = effect.values[0];
+  return {model.rig.controller.sample_rate_hz, delay};
+}
+
+}  // namespace
+
 void predict(const Stretch& stretch, std::vector<LaneJob>& jobs) {
-  if (!jobs.empty()) choice().run(stretch, jobs.data(), jobs.size());
+  std::map<std::pair<double, double>, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < jobs.size(); ++i) groups[controllerInstants(*jobs[i].model)].push_back(i);
+  if (groups.size() == 1) {
+    choice().run(stretch, jobs.data(), jobs.size());
+    return;
+  }
+  for (const auto& group : groups) {
+    std::vector<LaneJob> own;
+    for (std::size_t i : group.second) own.push_back(jobs[i]);
+    choice().run(stretch, own.data(), own.size());
+    for (std::size_t k = 0; k < own.size(); ++k) jobs[group.second[k]].finite = own[k].finite;
+  }
 }
 
 int predictionLanes() { return choice().lanes; }
