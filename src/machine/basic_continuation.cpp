@@ -39,13 +39,16 @@ class Follower {
   }
 
   /// Newton on P(q) = q and row . (u - anchor) = 0; empty: no convergence.
-  std::optional<Node> correct(Vector5 u, const Vector5& anchor, const Vector5& row, int* iterations = nullptr) const {
+  std::optional<Node> correct(Vector5 u, const Vector5& anchor, const Vector5& row,
+                              int* iterations = nullptr) const {
     for (int i = 0; i < 12; ++i) {
       const BasicParameters<double> machine = problem_.machineAt(parameter(u));
-      if (!(machine.frequency_ratio > 0.0) || !u.allFinite() || u.head<4>().norm() > 100.0) return std::nullopt;
+      if (!(machine.frequency_ratio > 0.0) || !u.allFinite() || u.head<4>().norm() > 100.0)
+        return std::nullopt;
       BasicOrbitOptions orbit_options = problem_.orbit;
       orbit_options.parameter = field();
-      const BasicOrbit orbit = basicOrbit(machine, timeUnits(u.head<4>(), machine.frequency_ratio), turns_, orbit_options);
+      const BasicOrbit orbit =
+          basicOrbit(machine, timeUnits(u.head<4>(), machine.frequency_ratio), turns_, orbit_options);
       if (!orbit.finite) return std::nullopt;
       Vector5 residual;
       residual << phaseUnits(orbit.end, machine.frequency_ratio) - u.head<4>(), row.dot(u - anchor);
@@ -96,6 +99,7 @@ class Follower {
   /// Follows in one sense of the tangent.
   void follow(Node now, Branch& branch) const {
     double length = options_.first_step;
+    const Vector5 origin = now.u, origin_tangent = now.tangent;
     for (int i = 0; i < options_.most_points; ++i) {
       if (options_.alive) options_.alive();
       int iterations = 0;
@@ -112,6 +116,10 @@ class Follower {
       detect(now, *next, length, branch);
       now = *next;
       branch.points.push_back(now.point);
+      if (i > 10 && (now.u - origin).norm() < 0.6 * length && now.tangent.dot(origin_tangent) > 0.8) {
+        branch.ended += "closed; ";
+        return;
+      }
       if (now.point.parameter < options_.from || now.point.parameter > options_.to) {
         branch.ended += "end of the range; ";
         return;
@@ -150,15 +158,18 @@ class Follower {
         for (int i = 1; i < 4; ++i) {
           if (std::abs(solver.eigenvalues()[i] + 1.0) < std::abs(solver.eigenvalues()[at] + 1.0)) at = i;
         }
-        for (int i = 0; i < 4; ++i) found.direction[static_cast<std::size_t>(i)] = solver.eigenvectors()(i, at).real();
+        for (int i = 0; i < 4; ++i)
+          found.direction[static_cast<std::size_t>(i)] = solver.eigenvectors()(i, at).real();
       }
       branch.bifurcations.push_back(found);
     };
     if (a.tangent[4] * b.tangent[4] < 0.0) {
-      add(BifurcationKind::fold, bisect(a, length, [&](const Node& n) { return n.tangent[4] * a.tangent[4] < 0.0; }));
+      add(BifurcationKind::fold,
+          bisect(a, length, [&](const Node& n) { return n.tangent[4] * a.tangent[4] < 0.0; }));
     }
     if (a.flip_test * b.flip_test < 0.0) {
-      add(BifurcationKind::flip, bisect(a, length, [&](const Node& n) { return n.flip_test * a.flip_test < 0.0; }));
+      add(BifurcationKind::flip,
+          bisect(a, length, [&](const Node& n) { return n.flip_test * a.flip_test < 0.0; }));
     }
     if (a.torus_test * b.torus_test < 0.0) {
       const Node n = bisect(a, length, [&](const Node& m) { return m.torus_test * a.torus_test < 0.0; });
@@ -182,8 +193,8 @@ class Follower {
   double scale_;
 };
 
-std::optional<Branch> tryBranch(const ContinuationProblem& problem, const ContinuationOptions& options, double at,
-                                const BasicState<double>& near, int turns) {
+std::optional<Branch> tryBranch(const ContinuationProblem& problem, const ContinuationOptions& options,
+                                double at, const BasicState<double>& near, int turns) {
   const Follower follower(problem, options, turns);
   Vector5 row = Vector5::Zero();
   row[4] = 1.0;
@@ -278,7 +289,8 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function
   for (const auto& [key, value] : sweep.parameters) {
     if (key != request.parameter) problem.parameters.emplace_back(key, value);
     if (request.parameter == "misalignment" && key == "misalignment_angle_deg" && value != 0.0) {
-      throw InputError({{"", 0, "continuation.parameter", "misalignment", "needs misalignment_angle_deg: 0"}});
+      throw InputError(
+          {{"", 0, "continuation.parameter", "misalignment", "needs misalignment_angle_deg: 0"}});
     }
   }
   if (request.parameter == "misalignment_angle_deg" || request.parameter == "unbalance_phase_deg" ||
@@ -308,7 +320,8 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function
       if (flip.kind != BifurcationKind::flip) continue;
       bool known = false;
       for (const auto& other : branches) {
-        known = known || (other.turns == 2 * branches[i].turns && begins(other, flip, options.to - options.from));
+        known =
+            known || (other.turns == 2 * branches[i].turns && begins(other, flip, options.to - options.from));
       }
       if (known) continue;
       const auto doubled = doubledBranch(problem, options, branches[i], flip);

@@ -119,7 +119,7 @@ def branches(title: str, parameter: str, found: list[dict], folder: pathlib.Path
     figure, axes = pyplot.subplots(2, 1, figsize=(9, 7), sharex=True, gridspec_kw={"hspace": 0.08})
     colours = {1: "#08519c", 2: "#a63603", 4: "#006d2c", 8: "#54278f"}
     quantities = ((lambda point: point["state"][0], "x once a period / clearance"),
-                  (lambda point: point["max_radius"], "largest distance from the bearing's centre / clearance"))
+                  (lambda point: point["max_radius"], "largest radius / clearance"))
     drawn = set()
     for axis, (quantity, text) in zip(axes, quantities):
         for branch in found:
