@@ -23,6 +23,10 @@ AnalysisNode::AnalysisNode(const ros::NodeHandle& nodes, const ros::NodeHandle& 
             status->state == PlantStatus::FINISHED || status->step == 0 ? status->step : status->step - 1;
         finishIfDone();
       });
+  // last: who waits for these topics knows that the others are heard
+  point_publisher_ = nodes_.advertise<SectionPoint>("analysis/poincare", keep_all);
+  spectrum_publisher_ = nodes_.advertise<FullSpectrum>("analysis/spectrum", keep_all);
+  orbit_publisher_ = nodes_.advertise<OrbitAnalysis>("analysis/orbit", keep_all, true);
 }
 
 void AnalysisNode::takeInfo(const ModelInfo::ConstPtr& info) {

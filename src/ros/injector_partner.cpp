@@ -77,8 +77,9 @@ double InjectorPartner::nextKink(double time, double limit) const {
 void InjectorPartner::fill(double from, double to, Injection& answer) const {
   const Schedule& schedule = plan_.schedule;
   const double at[3] = {from, 0.5 * (from + to), to};
-  const ShaftInstant shaft = plan_.path.at(at[0]);
-  answer.shaft.angle = shaft.angle;
+  // an instant may lie a rounding before the kink that made it: look behind it
+  const ShaftInstant shaft = plan_.path.at(from + schedule_tolerance_s);
+  answer.shaft.angle = shaft.angle - shaft.speed * schedule_tolerance_s;
   answer.shaft.speed = shaft.speed;
   answer.shaft.acceleration = shaft.acceleration;
 

@@ -13,6 +13,7 @@ using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 constexpr int circle_corners = 72;
+constexpr double bearing_width = 0.010, disc_width = 0.004;  // m, as drawn
 
 std_msgs::ColorRGBA colour(float red, float green, float blue, float opaque = 1.0F) {
   std_msgs::ColorRGBA c;
@@ -29,7 +30,7 @@ const std_msgs::ColorRGBA clearance_colour = colour(0.1F, 0.7F, 0.2F);
 const std_msgs::ColorRGBA bearing_colour = colour(0.45F, 0.48F, 0.52F, 0.55F);
 const std_msgs::ColorRGBA rotor_colour = colour(0.75F, 0.75F, 0.8F, 0.5F);
 const std_msgs::ColorRGBA point_colour = colour(0.9F, 0.0F, 0.8F);
-const std_msgs::ColorRGBA text_colour = colour(0.1F, 0.1F, 0.1F);
+const std_msgs::ColorRGBA text_colour = colour(0.95F, 0.95F, 0.95F);
 
 geometry_msgs::Point at(double x, double y, double z) {
   geometry_msgs::Point p;
@@ -57,15 +58,11 @@ void setSize(Marker& marker, double x, double y, double z) {
   marker.scale.z = z;
 }
 
-/// A flat ring about (x, y), as triangles.
-void ring(Marker& out, double x, double y, double z, double inner, double outer) {
-  for (int i = 0; i < circle_corners; ++i) {
-    const double a = two_pi * i / circle_corners, b = two_pi * (i + 1) / circle_corners;
-    const geometry_msgs::Point p = at(x + inner * std::cos(a), y + inner * std::sin(a), z);
-    const geometry_msgs::Point q = at(x + outer * std::cos(a), y + outer * std::sin(a), z);
-    const geometry_msgs::Point r = at(x + inner * std::cos(b), y + inner * std::sin(b), z);
-    const geometry_msgs::Point s = at(x + outer * std::cos(b), y + outer * std::sin(b), z);
-    out.points.insert(out.points.end(), {p, q, s, p, s, r});
+/// A circle about (x, y); lines are drawn unlit, so it looks the same from both sides.
+void circle(Marker& out, double x, double y, double z, double radius) {
+  for (int i = 0; i <= circle_corners; ++i) {
+    const double a = two_pi * i / circle_corners;
+    out.points.push_back(at(x + radius * std::cos(a), y + radius * std::sin(a), z));
   }
 }
 
@@ -78,7 +75,7 @@ OrbitMarkers::OrbitMarkers(const ros::NodeHandle& nodes, const ros::NodeHandle& 
       force_scale_(numberOr(own, "force_scale", 5e-5)),
       clearance_shown_(numberOr(own, "clearance_shown", 0.05)),
       disc_radius_(numberOr(own, "disc_radius", 0.03)),
-      trail_length_(integerOr(own, "trail_length", 2000)),
+      trail_length_(integerOr(own, "trail_length", 5000)),
       point_count_(integerOr(own, "points", 200)) {
   model_subscriber_ = nodes_.subscribe("rotor/model", 10, &OrbitMarkers::takeInfo, this);
   state_subscriber_ = nodes_.subscribe("rotor/state", keep_all, &OrbitMarkers::takeState, this);
@@ -190,26 +187,23 @@ void OrbitMarkers::drawEnd(int end, MarkerArray& out) const {
   const End& now = ends_[end];
   const double cx = scale_ * now.contact.centre_x, cy = scale_ * now.contact.centre_y;
   const double clearance = scale_ * info_->clearance;
-  Marker circle = marker("clearance", end, Marker::LINE_STRIP);
-  setSize(circle, 0.001, 0.0, 0.0);
-  circle.color = clearance_colour;
-  for (int i = 0; i <= circle_corners; ++i) {
-    const double a = two_pi * i / circle_corners;
-    circle.points.push_back(at(cx + clearance * std::cos(a), cy + clearance * std::sin(a), z(end)));
-  }
-  out.markers.push_back(circle);
+  Marker free = marker("clearance", end, Marker::LINE_STRIP);
+  setSize(free, 0.001, 0.0, 0.0);
+  free.color = clearance_colour;
+  circle(free, cx, cy, z(end), clearance);
+  out.markers.push_back(free);
 
   // the disc touches the bearing where its centre is on the clearance circle
-  Marker bearing = marker("auxiliary_bearing", end, Marker::TRIANGLE_LIST);
-  setSize(bearing, 1.0, 1.0, 1.0);
+  Marker bearing = marker("auxiliary_bearing", end, Marker::LINE_STRIP);
+  setSize(bearing, bearing_width, 0.0, 0.0);
   bearing.color = bearing_colour;
-  ring(bearing, cx, cy, z(end), clearance + disc_radius_, clearance + disc_radius_ + 0.012);
+  circle(bearing, cx, cy, z(end), clearance + disc_radius_ + 0.5 * bearing_width);
   out.markers.push_back(bearing);
 
-  Marker disc = marker("rotor", end, Marker::TRIANGLE_LIST);
-  setSize(disc, 1.0, 1.0, 1.0);
+  Marker disc = marker("rotor", end, Marker::LINE_STRIP);
+  setSize(disc, disc_width, 0.0, 0.0);
   disc.color = rotor_colour;
-  ring(disc, scale_ * now.x, scale_ * now.y, z(end), 0.8 * disc_radius_, disc_radius_);
+  circle(disc, scale_ * now.x, scale_ * now.y, z(end), disc_radius_ - 0.5 * disc_width);
   out.markers.push_back(disc);
 
   Marker force = marker("contact_force", end, Marker::ARROW);

@@ -20,7 +20,8 @@ namespace amb_rotor::testing {
 /// What was recorded of a run, whatever made it.
 struct Recording {
   std::vector<double> time, angle;
-  std::array<std::vector<double>, 4> displacement, position, velocity;  // at the sensors; at the auxiliary bearings
+  std::array<std::vector<double>, 4> displacement, position,
+      velocity;  // at the sensors; at the auxiliary bearings
   std::array<std::vector<double>, 2> normal_force;
   double clearance = 0.0;
 };
@@ -78,7 +79,8 @@ inline ContactSummary summary(const Recording& run, int end, double clearance, d
   RegimeInput input;
   input.points = stroboscopicSection(run.time, run.angle, x, y);
   input.clearance = clearance;
-  for (std::size_t i = 0; i < x.size(); ++i) input.max_radius = std::max(input.max_radius, std::hypot(x[i], y[i]));
+  for (std::size_t i = 0; i < x.size(); ++i)
+    input.max_radius = std::max(input.max_radius, std::hypot(x[i], y[i]));
   input.spin = (run.angle.back() - run.angle.front()) / (run.time.back() - run.time.front());
   input.rotor_radius = rotor_radius;
   input.contact = contactStatistics(run.time, run.normal_force[end], x, y);
@@ -89,7 +91,8 @@ inline ContactSummary summary(const Recording& run, int end, double clearance, d
 /// The part of a recording from an instant on.
 inline Recording from(const Recording& run, double time) {
   Recording out = run;
-  const std::size_t first = std::lower_bound(run.time.begin(), run.time.end(), time - 1e-9) - run.time.begin();
+  const std::size_t first =
+      std::lower_bound(run.time.begin(), run.time.end(), time - 1e-9) - run.time.begin();
   const auto cut = [&](std::vector<double>& v) {
     if (!v.empty()) v.erase(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(first));
   };
@@ -108,8 +111,8 @@ constexpr double displacement_tolerance = 0.005;  // clearances, until the first
 constexpr double contact_tolerance = 0.05;        // relative, of contact fraction and rms force
 
 /// The graph's run against the machine's, as item 6 wants it.
-inline void expectEqual(const Recording& graph, const Recording& machine, double clearance, double rotor_radius,
-                        double settled_from, bool contact_expected) {
+inline void expectEqual(const Recording& graph, const Recording& machine, double clearance,
+                        double rotor_radius, double settled_from, bool contact_expected) {
   ASSERT_EQ(graph.time.size(), machine.time.size());
   for (std::size_t i = 0; i < graph.time.size(); ++i) ASSERT_NEAR(graph.time[i], machine.time[i], 1e-12);
   const std::size_t first = std::min(firstContact(graph), firstContact(machine));
@@ -123,10 +126,12 @@ inline void expectEqual(const Recording& graph, const Recording& machine, double
   for (int end = 0; end < 2; ++end) {
     const ContactSummary g = summary(late_graph, end, clearance, rotor_radius);
     const ContactSummary m = summary(late_machine, end, clearance, rotor_radius);
-    std::printf("end %c: regime %s (period %d) / %s (%d), contact fraction %.5f / %.5f, rms force %.5g / %.5g N, impacts %zu / %zu\n",
-                'a' + end, toString(g.regime.regime).c_str(), g.regime.period, toString(m.regime.regime).c_str(),
-                m.regime.period, g.statistics.contact_fraction, m.statistics.contact_fraction, g.statistics.rms_force,
-                m.statistics.rms_force, g.statistics.impacts, m.statistics.impacts);
+    std::printf(
+        "end %c: regime %s (period %d) / %s (%d), contact fraction %.5f / %.5f, rms force %.5g / %.5g N, "
+        "impacts %zu / %zu\n",
+        'a' + end, toString(g.regime.regime).c_str(), g.regime.period, toString(m.regime.regime).c_str(),
+        m.regime.period, g.statistics.contact_fraction, m.statistics.contact_fraction, g.statistics.rms_force,
+        m.statistics.rms_force, g.statistics.impacts, m.statistics.impacts);
     EXPECT_EQ(g.regime.regime, m.regime.regime);
     EXPECT_EQ(g.regime.period, m.regime.period);
     EXPECT_NEAR(g.statistics.contact_fraction, m.statistics.contact_fraction,

@@ -1,5 +1,5 @@
-// The graph's plant and partners without topics, step by step in one process, against the machine: what the protocol
-// alone does to the motion.
+// The graph's plant and partners without topics, step by step in one process, against the machine: what the
+// protocol alone does to the motion.
 #include <gtest/gtest.h>
 
 #include "amb_rotor/effects/catalogue.hpp"
@@ -30,7 +30,8 @@ struct GraphRun {
 };
 
 /// @param respawn_at  step at which all partners are made anew; 0: never
-GraphRun runGraph(const Model& model, const Scenario& scenario, double contact_step, std::uint64_t respawn_at = 0) {
+GraphRun runGraph(const Model& model, const Scenario& scenario, double contact_step,
+                  std::uint64_t respawn_at = 0) {
   PlantCore plant(model, scenario, 1);
   auto control = std::make_unique<ControllerPartner>(model);
   auto contact = std::make_unique<ContactPartner>(model, contact_step);
@@ -50,12 +51,14 @@ GraphRun runGraph(const Model& model, const Scenario& scenario, double contact_s
     run.states.push_back(state);
     run.steps = state.step;
     if (plant.finished()) return run;
-    EXPECT_TRUE(plant.advance(control->answer(state), forces, injector->answer(state, {}, refused))) << plant.reason();
+    EXPECT_TRUE(plant.advance(control->answer(state), forces, injector->answer(state, {}, refused)))
+        << plant.reason();
     if (plant.reason() != "") return run;
   }
 }
 
-void compare(const Model& model, const Scenario& scenario, double contact_step, double settled_from, bool contact) {
+void compare(const Model& model, const Scenario& scenario, double contact_step, double settled_from,
+             bool contact) {
   const GraphRun graph = runGraph(model, scenario, contact_step);
   const Simulation machine = simulate(model, scenario);
   ASSERT_EQ(machine.outcome.status, RunStatus::ok) << machine.outcome.reason;
@@ -79,14 +82,45 @@ TEST(GraphCore, DropEqualsMachine) {
 }
 
 TEST(GraphCore, HertzianContactEqualsMachine) {
-  compare(thesisModel({{"hertzian_contact", {2.4e9, 5.0}}}), readScenario(thesis + "overload.yaml"), contact_step, 0.3,
-          true);
+  compare(thesisModel({{"hertzian_contact", {2.4e9, 5.0}}}), readScenario(thesis + "overload.yaml"),
+          contact_step, 0.3, true);
 }
 
 TEST(GraphCore, MountAndRingEqualMachine) {
   const std::vector<double> mount = {5e6, 300.0, 0.07}, ring = {1e-5, 0.005};
-  compare(thesisModel({{"compliant_mount", mount}, {"inner_ring_spin", ring}}), readScenario(thesis + "overload.yaml"),
-          contact_step, 0.15, true);
+  compare(thesisModel({{"compliant_mount", mount}, {"inner_ring_spin", ring}}),
+          readScenario(thesis + "overload.yaml"), contact_step, 0.15, true);
+}
+
+TEST(GraphCore, FaultsAndExcitationsEqualMachine) {
+  Scenario scenario = readScenario(thesis + "levitation.yaml");
+  const auto fault = [&](FaultType type, double start, double ramp, double duration, double amount) {
+    FaultEvent event;
+    event.type = type;
+    event.start_s = start;
+    event.ramp_s = ramp;
+    event.duration_s = duration;
+    event.amount = amount;
+    scenario.faults.push_back(event);
+  };
+  fault(FaultType::sensor_offset, 0.0, 0.0, 0.05, 1e-5);
+  fault(FaultType::unbalance_step, 0.2, 0.02, 0.1, 5e-5);
+  fault(FaultType::force_impulse, 0.30005, 0.0, 0.003, 40.0);
+  fault(FaultType::speed_change, 0.4, 0.05, 0.0, 80.0);
+  Excitation chirp;
+  chirp.kind = Excitation::Kind::current;
+  chirp.waveform = Waveform::chirp;
+  chirp.amplitude = 0.1;
+  chirp.start_s = 0.25;
+  chirp.duration_s = 0.2;
+  chirp.start_hz = 20.0;
+  chirp.end_hz = 300.0;
+  scenario.excitations.push_back(chirp);
+  const GraphRun graph = runGraph(thesisModel(), scenario, contact_step);
+  const Recording machine = recordingOf(simulate(thesisModel(), scenario));
+  expectEqual(graph.recording, machine, 3e-4, 0.01, 0.0, false);
+  for (std::size_t i = 0; i < machine.angle.size(); ++i)
+    ASSERT_NEAR(graph.recording.angle[i], machine.angle[i], 1e-9) << "at " << machine.time[i] << " s";
 }
 
 TEST(GraphCore, RespawnedPartnersChangeNothing) {

@@ -1,5 +1,5 @@
-// A run in which partners are killed and answers are forged: it equals the run that was left alone. While a partner is
-// away simulated time stands still, and the diagnostics say who is missing.
+// A run in which partners are killed and answers are forged: it equals the run that was left alone. While a
+// partner is away simulated time stands still, and the diagnostics say who is missing.
 #include <diagnostic_msgs/DiagnosticArray.h>
 
 #include "graph_listener.hpp"
@@ -38,7 +38,8 @@ TEST(Graph, DisturbedEqualsUndisturbed) {
         ASSERT_GT(killing.pid, 1) << killing.node;
         ASSERT_EQ(kill(killing.pid, SIGKILL), 0);
       }
-    if (state.step < 300 || state.step % 100 != 0 || forged >= forgeries || forger.getNumSubscribers() == 0) return;
+    if (state.step < 300 || state.step % 100 != 0 || forged >= forgeries || forger.getNumSubscribers() == 0)
+      return;
     ++forged;
     ControlCommand forgery;
     forgery.run = state.run;
@@ -81,13 +82,15 @@ TEST(Graph, DisturbedEqualsUndisturbed) {
   EXPECT_LT(firstContact(alone), alone.time.size()) << "the run has contact";
   const double difference =
       largestDifference(graph, alone, firstContact(alone), model.rig.auxiliary_bearing.clearance_m);
-  std::printf("largest difference until the first contact: %.3g clearances; late %llu, foreign %llu, repeated steps %llu\n",
-              difference, static_cast<unsigned long long>(heard.status.late_answers),
-              static_cast<unsigned long long>(heard.status.foreign_answers),
-              static_cast<unsigned long long>(heard.status.repeated_steps));
+  std::printf(
+      "largest difference until the first contact: %.3g clearances; late %llu, foreign %llu, repeated steps "
+      "%llu\n",
+      difference, static_cast<unsigned long long>(heard.status.late_answers),
+      static_cast<unsigned long long>(heard.status.foreign_answers),
+      static_cast<unsigned long long>(heard.status.repeated_steps));
   EXPECT_LT(difference, untouched);
-  expectEqual(graph, alone, model.rig.auxiliary_bearing.clearance_m, model.rig.auxiliary_bearing.rotor_radius_m, 0.15,
-              true);
+  expectEqual(graph, alone, model.rig.auxiliary_bearing.clearance_m,
+              model.rig.auxiliary_bearing.rotor_radius_m, 0.15, true);
 }
 
 }  // namespace

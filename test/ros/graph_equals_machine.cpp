@@ -1,5 +1,5 @@
-// The launched graph against the machine in process: listens to a run from its first step, then simulates the same
-// model and scenario. Parameters: `contact` (whether the rotor touches), `settled_from` [s].
+// The launched graph against the machine in process: listens to a run from its first step, then simulates the
+// same model and scenario. Parameters: `contact` (whether the rotor touches), `settled_from` [s].
 #include "graph_listener.hpp"
 
 namespace amb_rotor {

@@ -1,4 +1,5 @@
-// Faults by topic: a run into which they are published equals the machine with the same faults in its scenario.
+// Faults by topic: a run into which they are published equals the machine with the same faults in its
+// scenario.
 #include "amb_rotor/model/scenario_reader.hpp"
 #include "graph_listener.hpp"
 
@@ -47,7 +48,7 @@ TEST(Graph, FaultsByTopicEqualFaultsOfTheScenario) {
     FaultMessage delayed = faultOf(FaultMessage::FORCE_IMPULSE, 0.3, 0.0, 0.001, 20.0);
     delayed.start_mode = FaultMessage::DELAY;
     publisher.publish(delayed);
-    publisher.publish(FaultMessage());                                            // no type
+    publisher.publish(FaultMessage());                                              // no type
     publisher.publish(faultOf(FaultMessage::SENSOR_OFFSET, 0.3, -1.0, 0.0, 1e-5));  // a ramp below 0
   };
   ASSERT_TRUE(heard.hear()) << "the run did not end; last step " << heard.status.step;
@@ -69,7 +70,8 @@ TEST(Graph, FaultsByTopicEqualFaultsOfTheScenario) {
   std::printf("largest difference %.3g clearances, of a motion of %.3g\n", difference, effect);
   EXPECT_LT(difference, displacement_tolerance);
   EXPECT_GT(effect, 20.0 * displacement_tolerance) << "the faults are seen";
-  for (std::size_t i = 0; i < graph.angle.size(); ++i) ASSERT_NEAR(graph.angle[i], machine.angle[i], 1e-6);
+  for (std::size_t i = 0; i < graph.angle.size(); ++i)
+    ASSERT_NEAR(graph.angle[i], machine.angle[i], 1e-6) << "at " << graph.time[i] << " s";
 }
 
 }  // namespace

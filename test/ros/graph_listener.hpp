@@ -1,5 +1,6 @@
 #pragma once
 // Hears a run from its first step to its end, and what tests do to it meanwhile.
+#include <ros/network.h>
 #include <signal.h>
 #include <xmlrpcpp/XmlRpc.h>
 
@@ -26,8 +27,9 @@ struct Listener {
     subscribers_ = {
         nodes.subscribe<Injection>("injector/injection", keep_all,
                                    [this](const Injection::ConstPtr& m) { injection = m; }),
-        nodes.subscribe<ContactForces>("auxiliary_bearing/contact", keep_all,
-                                       [this](const ContactForces::ConstPtr& m) { contacts.emplace(m->step, m); }),
+        nodes.subscribe<ContactForces>(
+            "auxiliary_bearing/contact", keep_all,
+            [this](const ContactForces::ConstPtr& m) { contacts.emplace(m->step, m); }),
         nodes.subscribe<PlantStatus>("rotor/status", keep_all,
                                      [this](const PlantStatus::ConstPtr& m) { status = *m; }),
         nodes.subscribe<RotorState>("rotor/state", keep_all, [this](const RotorState::ConstPtr& m) {
@@ -36,7 +38,8 @@ struct Listener {
   }
 
   bool complete() const {
-    return status.state == PlantStatus::FINISHED && states.count(status.step) > 0 && contacts.count(status.step) > 0;
+    return status.state == PlantStatus::FINISHED && states.count(status.step) > 0 &&
+           contacts.count(status.step) > 0;
   }
   /// Hears the run to its end. @return whether it came.
   bool hear() const {

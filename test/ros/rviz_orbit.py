@@ -21,7 +21,7 @@ COLOURS = {"free trail": (0, 153, 255), "trail in contact": (255, 77, 0), "clear
 LEAST = {"free trail": 150, "trail in contact": 150, "clearance circle": 150, "Poincare points": 5}
 COLOUR_TOLERANCE = 40  # of 255, each channel: lines are thin, and blend with what is behind them
 LEAST_WIDTH = 60       # pixels that the trail spans
-PATIENCE_S = 60.0
+PATIENCE_S = 45.0
 
 
 def pixels(image, colour):
