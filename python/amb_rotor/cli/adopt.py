@@ -1,0 +1,155 @@
+"""`amb adopt`: the model with a diagnosed effect added, fitted, and its history."""
+from __future__ import annotations
+
+import datetime
+import json
+import pathlib
+
+from amb_rotor.cli import common
+from amb_rotor.errors import InputError
+
+HELP = "add a diagnosed effect to the model, fitted, with the history of its error"
+EXAMPLE = "amb adopt out/diagnosis --out model_2.yaml"
+LEDGER = "revisions.yaml"
+ERROR_KEYS = ("validation_error", "validation_error_free", "validation_error_contact")
+
+
+def add_arguments(parser) -> None:
+    parser.add_argument("diagnosis", metavar="DIAGNOSIS", help="the folder that `amb diagnose` wrote")
+    parser.add_argument("--effect", metavar="ID", action="append", default=[],
+                        help="an effect of the ranking (default: the steps that the diagnosis took)")
+    parser.add_argument("--out", metavar="MODEL", required=True, help="model file to write; revisions.yaml goes beside it")
+
+
+def read_diagnosis(text: str) -> tuple[pathlib.Path, dict]:
+    folder = common.input_path(text)
+    folder = folder.parent if folder.name == "diagnosis.json" else folder
+    path = folder / "diagnosis.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: there is no diagnosis.json; DIAGNOSIS is the folder that `amb diagnose` wrote")
+    try:
+        diagnosis = json.loads(path.read_text())
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
+    if diagnosis.get("format") != "amb-diagnosis/1":
+        raise InputError(f"{path}: format must be amb-diagnosis/1")
+    for name in ("model.yaml", "adopted.yaml"):
+        if not (folder / name).is_file():
+            raise InputError(f"{folder / name}: is missing; run `amb diagnose` again")
+    return folder, diagnosis
+
+
+def _steps_as_diagnosed(folder: pathlib.Path, diagnosis: dict):
+    """Model and history entries of the steps that the diagnosis took."""
+    from amb_rotor import _core
+    if not diagnosis["steps"]:
+        raise InputError(f"{folder}: the verdict is {diagnosis['verdict']}: there is nothing to adopt "
+                         "(--effect ID takes one of the ranking all the same)")
+    adopted = _core.read_model(str(folder / "adopted.yaml"))
+    return adopted, [(step["added"], step) for step in diagnosis["steps"]]
+
+
+def _chosen(folder: pathlib.Path, diagnosis: dict, effects: list[str], dataset):
+    """Model and history entries of effects that the person chose."""
+    from amb_rotor import _core
+    from amb_rotor.cli.compare import Bar
+    ranking = {row["effect"]: row for row in diagnosis["ranking"]}
+    for effect in effects:
+        if effect not in ranking:
+            raise InputError(f"--effect {effect}: is not in the ranking; there are: {', '.join(ranking) or 'none'}")
+    if len(effects) == 1:
+        # the nuisance is refitted beside the candidate's own values
+        row = ranking[effects[0]]
+        model = _core.read_model(str(folder / "model.yaml"))
+        model = model.with_effect(effects[0], {name: value["value"] for name, value in row["parameters"].items()})
+        with Bar("refitting") as bar:
+            model = _core.compare(model, dataset, progress=bar)["model"]
+        return model, [(effects[0], row)]
+    # several: each fitted on top of the ones before
+    belief = _core.read_model(str(folder / "model.yaml"))
+    steps = []
+    for effect in effects:
+        with Bar(f"fitting {effect}") as bar:
+            found, adopted = _core.diagnose(belief, dataset, candidates=[effect], most_steps=1, progress=bar)
+        if not found["steps"]:
+            raise InputError(f"--effect {effect}: earns nothing on the held-out runs beside the others")
+        belief = adopted
+        steps.append((effect, found["steps"][0]))
+    return belief, steps
+
+
+def _dataset_of(diagnosis: dict):
+    from amb_rotor import _core
+    folder = diagnosis.get("dataset", {}).get("folder", "")
+    if not pathlib.Path(folder).is_dir():
+        raise InputError(f"{folder}: the data set of the diagnosis is not there any more")
+    return _core.read_dataset(folder)
+
+
+def read_ledger(path: pathlib.Path) -> list[dict]:
+    import yaml
+    if not path.is_file():
+        return []
+    try:
+        document = yaml.safe_load(path.read_text())
+    except yaml.YAMLError as error:
+        raise InputError(f"{path}: {error}") from error
+    if not isinstance(document, dict) or document.get("format") != "amb-revisions/1" \
+            or not isinstance(document.get("revisions"), list):
+        raise InputError(f"{path}: must be of format amb-revisions/1")
+    return document["revisions"]
+
+
+def _tidy(value):
+    """Numbers with the digits that mean something, for people."""
+    if isinstance(value, float):
+        return float(f"{value:.6g}")
+    if isinstance(value, dict):
+        return {key: _tidy(item) for key, item in value.items()}
+    return [_tidy(item) for item in value] if isinstance(value, list) else value
+
+
+def run(args) -> int:
+    import yaml
+    from amb_rotor import _core
+    folder, diagnosis = read_diagnosis(args.diagnosis)
+    parent = _core.read_model(str(folder / "model.yaml"))
+    if args.effect:
+        model, steps = _chosen(folder, diagnosis, args.effect, _dataset_of(diagnosis))
+    else:
+        model, steps = _steps_as_diagnosed(folder, diagnosis)
+    errors = json.loads((folder / "errors.json").read_text()) if (folder / "errors.json").is_file() else {}
+    out = pathlib.Path(args.out)
+    ledger_path = out.parent / LEDGER
+    ledger = read_ledger(ledger_path)
+    revision = {
+        "parent": parent.hash,
+        "hash": model.hash,
+        "date": datetime.date.today().isoformat(),
+        "dataset": diagnosis.get("dataset", {}).get("name", ""),
+        "effects": [{"effect": name, "parameters": step["parameters"],
+                     **{key: step.get(key) for key in ERROR_KEYS}} for name, step in steps],
+        "before": {key: diagnosis["baseline"].get(key) for key in ERROR_KEYS},
+        "after": {key: steps[-1][1].get(key) for key in ERROR_KEYS},
+    }
+    if not args.effect and "after" in errors:
+        revision["errors_by_run"] = {"before": errors["before"]["errors"]["by_run"],
+                                     "after": errors["after"]["errors"]["by_run"]}
+    revision = _tidy(revision)
+    model.revision = yaml.safe_dump(revision, sort_keys=False)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    model.write(str(out))
+    if not ledger:
+        ledger.append({"revision": 0, "hash": parent.hash, "model": parent.name, "after": revision["before"]})
+    ledger.append({"revision": len(ledger), "file": out.name, **revision})
+    text = yaml.safe_dump({"format": "amb-revisions/1", "revisions": ledger}, sort_keys=False)
+    common.atomic_write(ledger_path, text)
+    for name, step in steps:
+        print(f"added {name}:")
+        for parameter, value in step["parameters"].items():
+            print(f"  {parameter} = {value['value']:.6g} +- {value['std']:.2g} {value['unit']}")
+    before, after = revision["before"]["validation_error"], revision["after"]["validation_error"]
+    print(f"error on held-out runs over noise: {before:.3f} -> {after:.3f}; model {parent.hash} -> {model.hash}")
+    common.write_json(args, {"model": str(out), "ledger": str(ledger_path), **revision})
+    common.report_line(out)
+    return 0

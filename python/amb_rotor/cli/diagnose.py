@@ -1,0 +1,143 @@
+"""`amb diagnose`: which physical effect a model lacks."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import secrets
+import shutil
+
+from amb_rotor import models
+from amb_rotor.cli import common
+from amb_rotor.errors import InputError
+
+HELP = "find the physical effect that a model lacks"
+EXAMPLE = "amb diagnose config/tutorial/measured --out out/diagnosis"
+
+
+def add_arguments(parser) -> None:
+    parser.add_argument("dataset", metavar="DATASET", help="folder of format amb-dataset/1")
+    parser.add_argument("--model", metavar="MODEL",
+                        help="file of format amb-model/1 (default: the rig as the data set's owner believes it to be)")
+    models.add_set(parser)
+    parser.add_argument("--effect", metavar="ID", action="append", default=[], dest="candidates",
+                        help="only this candidate; may be repeated (default: the whole catalogue)")
+    parser.add_argument("--quick", action="store_true", help="fewer runs and iterations")
+    parser.add_argument("--steps", type=int, default=3, help="effects adopted at most (default: 3)")
+    parser.add_argument("--threads", type=int, default=0, help="default: all cores")
+    common.add_out(parser, "diagnose")
+
+
+def revisions_of(diagnosis: dict) -> list[dict]:
+    """The error before, and after each step: what the chart of the falling error draws."""
+    keys = ("fit_error", "validation_error", "validation_error_free", "validation_error_contact")
+    rows = [{"label": "believed", **{key: diagnosis["baseline"].get(key) for key in keys}}]
+    return rows + [{"label": f"+ {step['added']}", **{key: step.get(key) for key in keys}} for step in diagnosis["steps"]]
+
+
+def print_diagnosis(diagnosis: dict) -> None:
+    baseline = diagnosis["baseline"]
+    print(f"verdict: {diagnosis['verdict']}")
+    for sentence in diagnosis["sentences"]:
+        print(f"  {sentence}")
+    print(f"error on held-out runs over noise: {baseline['validation_error']:.3f} as believed")
+    for step in diagnosis["steps"]:
+        print(f"  + {step['added']}: {step['validation_error']:.3f}")
+        for name, value in step["parameters"].items():
+            print(f"      {name} = {value['value']:.5g} +- {value['std']:.2g} {value['unit']}")
+    print("ranking                             evidence  held-out error")
+    for row in diagnosis["ranking"][:8]:
+        remarks = []
+        if not row["excited"]:
+            remarks.append("not excited by these runs")
+        if row["confounded_with"]:
+            remarks.append("hardly parted from " + ", ".join(row["confounded_with"]))
+        print(f"  {row['effect']:<32} {row['evidence']:9.1f} {row['validation_error']:9.3f}  {'; '.join(remarks)}")
+    unexplained = diagnosis["unexplained"]
+    if unexplained["depends_on"]:
+        print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}")
+    for remark in diagnosis["remarks"]:
+        print(f"remark: {remark}")
+
+
+def write_folder(folder: pathlib.Path, fill) -> None:
+    """Fills a folder beside and moves it into place, so that it is there whole or not at all."""
+    part = folder.with_name(f".{secrets.token_hex(4)}.part.{folder.name}")
+    part.mkdir(parents=True)
+    try:
+        fill(part)
+        if folder.exists():
+            old = folder.with_name(f".{secrets.token_hex(4)}.old.{folder.name}")
+            os.replace(folder, old)
+            os.replace(part, folder)
+            shutil.rmtree(old)
+        else:
+            os.replace(part, folder)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def may_replace(folder: pathlib.Path) -> None:
+    """A folder of ours, or an empty or absent one: nothing else is overwritten."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; the diagnosis is a folder")
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / "diagnosis.json").is_file():
+        raise InputError(f"{folder}: holds other things than a diagnosis; name another folder")
+
+
+def single_model(model, effect: str, row: dict):
+    """The model with one candidate alone, as fitted."""
+    return model.with_effect(effect, {name: value["value"] for name, value in row["parameters"].items()})
+
+
+def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
+    """Dataset, model, diagnosis and adopted model."""
+    from amb_rotor import _core
+    from amb_rotor.cli.compare import Bar, load_model
+    if _core.is_modes_dataset(str(folder)):
+        raise InputError(f"{folder}: a data set of modes; `amb compare` says where the model fails on it")
+    known = [effect["id"] for effect in _core.effect_catalogue()]
+    for name in args.candidates:
+        if name not in known:
+            raise InputError(f"--effect {name}: there is no such effect; there are: {', '.join(known)}")
+    dataset = _core.read_dataset(str(folder))
+    model = load_model(model_path, args.overrides, dataset.belief)
+    with Bar("diagnosing") as bar:
+        diagnosis, adopted = _core.diagnose(model, dataset, candidates=args.candidates, quick=args.quick,
+                                            threads=args.threads, most_steps=args.steps, progress=bar)
+    return dataset, model, diagnosis, adopted
+
+
+def run(args) -> int:
+    from amb_rotor import _core
+    from amb_rotor.report import data, write_report
+    folder = common.input_path(args.dataset)
+    folder = folder.parent if folder.name == "dataset.yaml" else folder
+    out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
+    may_replace(out)
+    dataset, model, diagnosis, adopted = diagnose(folder, args.model, args)
+    diagnosis["dataset"] = {"name": dataset.name, "folder": str(folder.resolve())}
+    diagnosis["model"] = {"name": model.name, "hash": model.hash}
+    print_diagnosis(diagnosis)
+    stages = []
+    for label, one in ((("as believed", model),) + ((("with " + ", ".join(s["added"] for s in diagnosis["steps"]), adopted),)
+                                                   if diagnosis["steps"] else ())):
+        stages.append((label, _core.compare(one, dataset, threads=args.threads)))
+
+    def fill(part: pathlib.Path) -> None:
+        text = json.dumps(common._plain(diagnosis), indent=2, allow_nan=False) + "\n"
+        common.atomic_write(part / "diagnosis.json", text)
+        model.write(str(part / "model.yaml"))
+        adopted.write(str(part / "adopted.yaml"))
+        comparisons = {label: {key: comparison[key] for key in ("errors", "validation_errors")}
+                       for label, comparison in zip(("before", "after"), (stage[1] for stage in stages))}
+        common.atomic_write(part / "errors.json", json.dumps(common._plain(comparisons), indent=2) + "\n")
+        write_report(part / "report.html", f"What does {model.name} lack?",
+                     f"data set {dataset.name}, {len(dataset.runs)} runs; model {model.hash}",
+                     [data.stage(*stage) for stage in stages], diagnosis, revisions_of(diagnosis))
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_folder(out, fill)
+    common.write_json(args, diagnosis)
+    common.report_line(out / "report.html")
+    return 0

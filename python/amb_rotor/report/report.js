@@ -1,0 +1,319 @@
+"use strict";
+(function () {
+  const D = JSON.parse(document.getElementById("data").textContent);
+  const first = D.stages[0], last = D.stages[D.stages.length - 1], diagnosis = D.diagnosis;
+  const head = document.getElementById("head"), rest = document.getElementById("rest");
+  const CHANNELS = ["ax", "ay", "bx", "by", "iax", "iay", "ibx", "iby"];
+  const drawn = [];
+
+  const has = v => v !== null && v !== undefined;
+  const num = (v, d) => has(v) ? Number(v).toPrecision(d || 3).replace(/\.?0+(?=e|$)/, m => m.startsWith(".") ? "" : m) : "–";
+  const err = v => has(v) ? (v >= 100 ? Number(v).toFixed(0) : Number(v).toFixed(2)) : "–";
+  const words = s => s.replace(/_/g, " ");
+  const colour = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+
+  function add(parent, tag, content, className) {
+    const element = document.createElement(tag);
+    if (className) element.className = className;
+    if (has(content)) element.textContent = content;
+    parent.appendChild(element);
+    return element;
+  }
+  function section(title, explanation) {
+    const s = add(rest, "section");
+    add(s, "h2", title);
+    if (explanation) add(s, "p", explanation, "soft");
+    return s;
+  }
+  function card(parent, title, explanation) {
+    const c = add(parent, "div", null, "card");
+    add(c, "h3", title);
+    if (explanation) add(c, "p", explanation, "soft");
+    return c;
+  }
+
+  // ---- pictures: each is a function that gives traces and layout, so that it can be drawn again in another theme
+  function base() {
+    const axis = () => ({gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("line"),
+                         tickcolor: colour("line"), automargin: true});
+    return {paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: {color: colour("ink"), size: 12},
+            margin: {l: 56, r: 14, t: 14, b: 44}, xaxis: axis(), yaxis: axis(), showlegend: false,
+            legend: {orientation: "h", y: 1.02, yanchor: "bottom", x: 0}, hovermode: "closest"};
+  }
+  function merge(target, source) {
+    for (const [key, value] of Object.entries(source)) {
+      if (value && typeof value === "object" && !Array.isArray(value) && target[key]) merge(target[key], value);
+      else target[key] = value;
+    }
+    return target;
+  }
+  function plot(parent, height, make) {
+    const place = add(parent, "div");
+    place.style.height = height + "px";
+    const draw = () => {
+      const made = make();
+      Plotly.react(place, made.traces, merge(base(), made.layout || {}), {responsive: true, displaylogo: false,
+        displayModeBar: false});
+    };
+    drawn.push(draw);
+    draw();
+    return draw;
+  }
+  const floorLine = (axis) => ({type: "line", [axis === "x" ? "yref" : "xref"]: "paper",
+    [axis === "x" ? "y0" : "x0"]: 0, [axis === "x" ? "y1" : "x1"]: 1, [axis + "0"]: 1, [axis + "1"]: 1,
+    line: {color: colour("soft"), width: 1, dash: "dash"}});
+
+  function bars(parent, title, explanation, labels, pick, xtitle) {
+    const c = card(parent, title, explanation);
+    plot(c, 250, () => ({
+      traces: D.stages.map((s, i) => ({type: "bar", name: s.label, x: labels, y: labels.map(l => pick(s, l)),
+        marker: {color: i === 0 ? colour(D.stages.length > 1 ? "orange" : "blue") : colour("blue")},
+        hovertemplate: "%{x}: %{y:.2f}<extra>" + s.label + "</extra>"})),
+      layout: {barmode: "group", bargap: 0.25, showlegend: D.stages.length > 1, xaxis: {title: {text: xtitle}, type: "category"},
+               yaxis: {title: {text: "error / noise [-]"}, rangemode: "tozero"}, shapes: [floorLine("y")]}}));
+  }
+
+  // ---- first page
+  function firstPage() {
+    add(head, "h1", D.title);
+    add(head, "p", D.subtitle, "soft");
+    const steps = diagnosis ? diagnosis.steps.map(s => words(s.added)) : [];
+    let verdict = "Model against measurement", kind = "compare";
+    if (diagnosis) {
+      kind = diagnosis.verdict;
+      verdict = kind === "effect" ? "Missing effect: " + steps.join(", then ")
+        : kind === "none" ? "No effect is missing" : "Something is missing that the catalogue has no name for";
+    }
+    add(head, "div", verdict, "verdict " + kind);
+    const said = add(head, "ul", null, "said");
+    const sentences = diagnosis && diagnosis.sentences.length ? diagnosis.sentences.slice() : [];
+    if (!sentences.length && first && first.errors.worst) sentences.push(first.errors.worst);
+    if (diagnosis && diagnosis.verdict === "effect" && diagnosis.steps.length) {
+      const end = diagnosis.steps[diagnosis.steps.length - 1];
+      sentences.push("On runs that were not used to choose or to fit, the error falls from " +
+        err(diagnosis.baseline.validation_error) + " to " + err(end.validation_error) + " times the noise.");
+      const named = diagnosis.ranking.find(r => r.effect === diagnosis.steps[0].added);
+      if (named && named.confounded_with.length)
+        sentences.push("These runs hardly part it from " + named.confounded_with.map(words).join(", ") +
+          (named.experiment ? "; what would: " + named.experiment : "") + ".");
+    }
+    if (diagnosis && diagnosis.verdict === "unknown") {
+      const u = diagnosis.unexplained;
+      if (u.depends_on.length) sentences.push("The missing force depends on " + u.depends_on.join(", ") +
+        (u.shape ? ": " + u.shape : "") + ".");
+    }
+    D.notes.concat(sentences).forEach(s => add(said, "li", s));
+    const tiles = add(head, "div", null, "tiles");
+    const tile = (value, label) => { const t = add(tiles, "div", null, "tile"); add(t, "b", value); add(t, "span", label); };
+    if (first) {
+      const before = first.validation_errors, after = last.validation_errors;
+      const two = D.stages.length > 1;
+      const arrow = (a, b) => two ? err(a) + " → " + err(b) : err(a);
+      tile(arrow(before.error, after.error), "error on held-out runs / noise");
+      if (has(before.error_free)) tile(arrow(before.error_free, after.error_free), "… of runs without contact");
+      if (has(before.error_contact)) tile(arrow(before.error_contact, after.error_contact), "… of runs with contact");
+      tile(err(before.noise_floor), "noise floor");
+      tile(String(first.runs.length), "runs");
+    } else if (diagnosis) {
+      tile(err(diagnosis.baseline.validation_error), "error on held-out runs / noise");
+    }
+    const row = add(head, "div", null, "two row");
+    if (D.revisions.length) revisions(row);
+    if (diagnosis && diagnosis.ranking.length) rankingBars(row);
+    if (first && (!diagnosis || !D.revisions.length)) heat(row);
+  }
+
+  function revisions(parent) {
+    const c = card(parent, "Error by revision of the model", "Root mean square of the residual over its noise; 1 is the floor.");
+    const rows = [["validation_error", "held-out runs", "blue", "solid"], ["validation_error_free", "without contact", "green", "dot"],
+      ["validation_error_contact", "with contact", "orange", "dot"], ["fit_error", "runs to fit", "grey", "dash"]];
+    plot(c, 300, () => ({
+      traces: rows.filter(r => D.revisions.some(v => has(v[r[0]])))
+        .filter(r => r[0] !== "validation_error_free" || D.revisions.some(v => has(v.validation_error_contact)))
+        .map(r => ({x: D.revisions.map(v => words(v.label)), y: D.revisions.map(v => has(v[r[0]]) ? v[r[0]] : null), name: r[1],
+          mode: r[0] === "validation_error" ? "lines+markers+text" : "lines+markers",
+          text: D.revisions.map(v => err(v[r[0]])), textposition: "top right", cliponaxis: false,
+          line: {color: colour(r[2]), dash: r[3], width: r[0] === "validation_error" ? 3 : 1.5}, marker: {size: 8}})),
+      layout: {showlegend: true, yaxis: {title: {text: "error / noise [-]"}, rangemode: "tozero"},
+               xaxis: {title: {text: "revision"}, type: "category"}, shapes: [floorLine("y")], margin: {r: 40}}}));
+  }
+
+  function rankingBars(parent) {
+    const c = card(parent, "Which effect: evidence", "Natural logarithm of the odds against the model without it; best twelve.");
+    const rows = diagnosis.ranking.slice(0, 12).reverse();
+    const adopted = diagnosis.steps.map(s => s.added);
+    plot(c, 300, () => ({
+      traces: [{type: "bar", orientation: "h", y: rows.map(r => words(r.effect)), x: rows.map(r => r.evidence),
+        marker: {color: rows.map(r => adopted.includes(r.effect) ? colour("orange") : colour("grey"))},
+        hovertemplate: "%{y}: %{x:.1f}<extra></extra>"}],
+      layout: {xaxis: {title: {text: "evidence, ln odds [-]"}}, yaxis: {tickfont: {size: 11}}, margin: {l: 170}}}));
+  }
+
+  function heat(parent, stage) {
+    const s = stage || first;
+    const c = card(parent, "Where it fails: run by channel", "Error over noise" + (D.stages.length > 1 ? ", " + s.label : "") + ".");
+    const ids = s.runs.map(r => r.id + (r.use === "validate" ? " (held out)" : ""));
+    const z = s.runs.map(r => r.channel_errors);
+    const top = Math.max(3, ...first.runs.flatMap(r => r.channel_errors.filter(has)));
+    plot(c, Math.max(240, 60 + 21 * ids.length), () => ({
+      traces: [{type: "heatmap", x: CHANNELS, y: ids, z: z, zmin: 1, zmax: top,
+        colorscale: [[0, colour("card")], [0.35, colour("blue")], [1, colour("orange")]],
+        colorbar: {title: {text: "error / noise", side: "right"}, thickness: 10, outlinewidth: 0}, xgap: 2, ygap: 2,
+        hovertemplate: "%{y}, %{x}: %{z:.2f}<extra></extra>"}],
+      layout: {yaxis: {autorange: "reversed", tickfont: {size: 11}}, xaxis: {title: {text: "channel"}}, margin: {l: 140}}}));
+  }
+
+  // ---- where it fails
+  function where() {
+    const s = section("Where the model fails", first.errors.worst);
+    let row = add(s, "div", null, "two row");
+    const runs = first.runs.map(r => r.id);
+    const error = (stage, id) => stage.errors.by_run[id];
+    bars(row, "By run", "All runs; the dashed line is the floor.", runs, error, "run");
+    bars(row, "By channel", "ax … by: displacement; iax … iby: control current.", CHANNELS.filter(c => has(first.errors.by_channel[c])),
+      (stage, c) => stage.errors.by_channel[c], "channel");
+    row = add(s, "div", null, "two row");
+    bars(row, "By regime", null, Object.keys(first.errors.by_regime), (stage, r) => stage.errors.by_regime[r], "regime");
+    const orders = Object.keys(first.errors.by_harmonic).map(Number).sort((a, b) => a - b).map(String);
+    bars(row, "By harmonic of the speed", "Negative: backward. The error that taking it away would remove.", orders,
+      (stage, h) => stage.errors.by_harmonic[h], "order [1/turn]");
+    row = add(s, "div", null, "two row");
+    if (first.errors.by_speed.length) {
+      const c = card(row, "By speed");
+      plot(c, 260, () => ({
+        traces: D.stages.map((stage, i) => ({x: stage.errors.by_speed.map(b => b.speed_hz), y: stage.errors.by_speed.map(b => b.error),
+          name: stage.label, mode: "lines+markers", line: {color: i === 0 && D.stages.length > 1 ? colour("orange") : colour("blue")}})),
+        layout: {showlegend: D.stages.length > 1, xaxis: {title: {text: "speed [Hz]"}},
+                 yaxis: {title: {text: "error / noise [-]"}, rangemode: "tozero"}, shapes: [floorLine("y")]}}));
+    }
+    heat(row, last);
+  }
+
+  // ---- overlays
+  function choice(parent, label, options, change) {
+    const l = add(parent, "label", label + " ");
+    const s = add(l, "select");
+    options.forEach((o, i) => { const e = add(s, "option", o); e.value = i; });
+    s.addEventListener("change", () => change(Number(s.value)));
+    return s;
+  }
+  function overlays() {
+    const s = section("Measured against predicted",
+      "Least and largest value of each interval. Runs with contact are predicted in windows of 10 ms, the others in one piece.");
+    const picks = add(s, "div", null, "picks");
+    const worst = first.runs.reduce((w, r, i) => r.error > first.runs[w].error ? i : w, 0);
+    const state = {run: worst, channel: 0, stage: D.stages.length - 1};
+    const names = () => Object.keys(D.stages[state.stage].runs[state.run].channels);
+    let draw = () => {}, drawOrbit = () => {};
+    const redraw = () => { draw(); drawOrbit(); };
+    const runPick = choice(picks, "run", first.runs.map(r => `${r.id} (${r.use === "fit" ? "fit" : "held out"}, error ${err(r.error)})`),
+      v => { state.run = v; state.channel = Math.min(state.channel, names().length - 1); redraw(); });
+    runPick.value = worst;
+    choice(picks, "channel", names(), v => { state.channel = v; redraw(); });
+    if (D.stages.length > 1) {
+      const p = choice(picks, "model", D.stages.map(t => t.label), v => { state.stage = v; redraw(); });
+      p.value = state.stage;
+    }
+    draw = plot(s, 420, () => {
+      const run = D.stages[state.stage].runs[state.run], name = names()[state.channel], c = run.channels[name];
+      const unit = name[0] === "i" ? "A" : "µm";
+      const line = (y, label, colour_, more) => Object.assign({x: run.t, y: y, name: label, mode: "lines",
+        line: {color: colour_, width: 1}}, more || {});
+      return {traces: [line(c.measured, "measured", colour("grey")), line(c.predicted, "predicted", colour("blue")),
+                       line(c.residual, "measured − predicted", colour("orange"), {yaxis: "y2"})],
+              layout: {showlegend: true, yaxis: {domain: [0.42, 1], title: {text: name + " [" + unit + "]"}},
+                       yaxis2: {domain: [0, 0.34], title: {text: "residual [" + unit + "]"}, gridcolor: colour("line"),
+                                zerolinecolor: colour("line"), automargin: true},
+                       xaxis: {title: {text: "time [s]"}, anchor: "y2"}}};
+    });
+    const row = add(s, "div", null, "two row");
+    const ends = [0, 1].map(end => {
+      const c = card(row, "Residual orbit, end " + "ab"[end], "Displacement that the model does not predict: mean over the shaft's angle (line), last samples (points).");
+      return plot(c, 340, () => {
+        const o = D.stages[state.stage].runs[state.run].orbits[end];
+        const axis = {title: {text: "x [µm]"}};
+        if (!o) return {traces: [], layout: {xaxis: axis, yaxis: {title: {text: "y [µm]"}},
+          annotations: [{text: "no turning shaft in this run", showarrow: false, xref: "paper", yref: "paper", x: 0.5, y: 0.5}]}};
+        return {traces: [{x: o.x, y: o.y, mode: "markers", marker: {size: 3, color: colour("grey"), opacity: 0.5}, name: "samples"},
+                         {x: o.mean_x, y: o.mean_y, mode: "lines", line: {color: colour("orange"), width: 2.5}, name: "mean over a turn"}],
+                layout: {showlegend: true, xaxis: axis, yaxis: {title: {text: "y [µm]"}, scaleanchor: "x"}}};
+      });
+    });
+    drawOrbit = () => ends.forEach(f => f());
+  }
+
+  // ---- tables
+  function table(parent, columns, rows) {
+    const t = add(add(parent, "div", null, "scroll"), "table");
+    const tr = add(add(t, "thead"), "tr");
+    columns.forEach(c => add(tr, "th", c.title, c.n ? "n" : ""));
+    const body = add(t, "tbody");
+    rows.forEach(r => {
+      const line = add(body, "tr", null, r.dim ? "dim" : "");
+      columns.forEach(c => add(line, "td", c.value(r), c.n ? "n" : ""));
+    });
+  }
+  const withStd = p => num(p.value, 4) + (p.std ? " ± " + num(p.std, 2) : "") + (p.unit && p.unit !== "1" ? " " + p.unit : "");
+  const list = parameters => Object.entries(parameters).map(([k, p]) => k + " " + withStd(p)).join("; ");
+
+  function ranking() {
+    const s = section("Which effect", "Every candidate was fitted together with all uncertain values of the rig, and judged on runs that it has not seen.");
+    table(s, [
+      {title: "effect", value: r => words(r.effect)},
+      {title: "evidence", n: true, value: r => num(r.evidence, 4)},
+      {title: "fit", n: true, value: r => err(r.fit_error)},
+      {title: "held out", n: true, value: r => err(r.validation_error)},
+      {title: "no contact", n: true, value: r => err(r.validation_error_free)},
+      {title: "contact", n: true, value: r => err(r.validation_error_contact)},
+      {title: "parameters ± standard deviation", value: r => list(r.parameters)},
+      {title: "remarks", value: r => [r.excited === false ? "not excited by these runs" : "",
+        r.plausible === false ? "not plausible: at a limit" : "",
+        r.confounded_with.length ? "hardly parted from " + r.confounded_with.map(words).join(", ") : "", r.note || ""]
+        .filter(x => x).join("; ")}
+    ], diagnosis.ranking.map(r => Object.assign({dim: r.excited === false || r.plausible === false}, r)));
+    const experiments = diagnosis.ranking.filter(r => r.experiment);
+    if (experiments.length) {
+      add(add(s, "p"), "b", "Experiments that would part them");
+      const ul = add(s, "ul", null, "said");
+      experiments.forEach(r => add(ul, "li", words(r.effect) + ": " + r.experiment));
+    }
+    if (diagnosis.steps.length) {
+      const t = section("Adopted, one after the other");
+      table(t, [{title: "effect", value: r => words(r.added)}, {title: "held out", n: true, value: r => err(r.validation_error)},
+        {title: "no contact", n: true, value: r => err(r.validation_error_free)},
+        {title: "contact", n: true, value: r => err(r.validation_error_contact)},
+        {title: "parameters ± standard deviation", value: r => list(r.parameters)}], diagnosis.steps);
+    }
+    const u = diagnosis.unexplained;
+    if (u.depends_on.length || u.shape || (u.terms || []).length) {
+      const t = section("What no effect of the catalogue explains", "A hypothesis, not a finding.");
+      add(t, "p", "depends on " + (u.depends_on.join(", ") || "nothing that was measured") + (u.shape ? ": " + u.shape : ""));
+      if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => withStd({value: r.coefficient, std: r.std})}], u.terms);
+    }
+  }
+  function nuisance() {
+    const s = section("Values of the rig that were uncertain", "Fitted on the runs to fit.");
+    const names = Object.keys(last.nuisance);
+    const cell = (stage, n) => stage.nuisance[n] ? withStd(stage.nuisance[n]) : "–";
+    table(s, [{title: "value", value: n => n}].concat(D.stages.map(stage => ({title: stage.label, value: n => cell(stage, n)}))), names);
+    const remarks = [...new Set(D.stages.flatMap(t => t.remarks).concat(diagnosis ? diagnosis.remarks : []))];
+    if (remarks.length) {
+      add(add(s, "p"), "b", "Remarks on the data");
+      const ul = add(s, "ul", null, "said");
+      remarks.forEach(r => add(ul, "li", r));
+    }
+    D.stages.forEach(stage => {
+      const d = add(s, "details");
+      add(d, "summary", "model file: " + stage.label + " (" + stage.model_hash + ")");
+      add(d, "pre", stage.model_text);
+    });
+  }
+
+  firstPage();
+  D.tables.forEach(t => table(section(t.title), t.columns.map((c, i) => ({title: c, n: i > 0, value: r => r[i]})), t.rows));
+  if (first) where();
+  if (diagnosis && diagnosis.ranking.length) ranking();
+  if (first) { overlays(); nuisance(); }
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach(draw => draw()));
+  document.body.dataset.ready = "yes";
+})();
