@@ -94,8 +94,8 @@ int runRecorder(int argc, char** argv) {
     while (ros::ok() && !recorder.complete() && !(asked_to_end && recorder.silence() > silence_s))
       ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(spin_period_s));
     recorder.close();
-    while (ros::ok() && !asked_to_end)
-      ros::WallDuration(spin_period_s).sleep();  // the launch decides when to end
+    while (!recorder.exitAtEnd() && ros::ok() && !asked_to_end)  // the launch decides when to end
+      ros::WallDuration(spin_period_s).sleep();
   } catch (const InputError& error) {
     ROS_FATAL("recorder: %s", error.what());
     return 2;

@@ -42,12 +42,10 @@ class Replay(unittest.TestCase):
         self.check_whole(live)
         self.assertEqual(graphs.left_over(str(live)), [])
 
-        done = subprocess.run(
-            graphs.roslaunch("replay.launch", f"bag:={live}", f"record:={again}", "rate:=0", "rviz:=false",
-                             "exit_at_end:=true"),
-            env=graphs.environment(), timeout=60, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            check=False)
-        self.assertTrue(again.exists(), done.stdout)
+        status, output = graphs.run_launch("replay.launch", f"bag:={live}", f"record:={again}", "rate:=0", "rviz:=false",
+                                           "exit_at_end:=true")
+        self.assertEqual(status, 0, output)
+        self.assertTrue(again.exists(), output)
         first, second = messages(live, ANALYSIS), messages(again, ANALYSIS)
         for topic in ANALYSIS:
             self.assertGreater(len(first[topic]), 1, topic)

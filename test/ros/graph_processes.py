@@ -1,6 +1,7 @@
 """Runs whole graphs as a person does, each at a master of its own, and leaves no process behind."""
 import os
 import pathlib
+import signal
 import socket
 import subprocess
 import sys
@@ -26,6 +27,19 @@ def amb(*arguments, seconds=90, env=None):
 def roslaunch(name, *arguments):
     return [sys.executable, "-P", "/usr/bin/roslaunch", "--sigint-timeout=8", "--sigterm-timeout=2",
             str(SOURCE / "launch" / name), *arguments]
+
+
+def run_launch(name, *arguments, seconds=60):
+    """A launch file to its end, by itself or by us: roslaunch that is killed would leave its nodes behind."""
+    process = subprocess.Popen(roslaunch(name, *arguments), env=environment(), text=True, errors="replace",
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    try:
+        output, _ = process.communicate(timeout=seconds)
+        return process.returncode, output
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=30)
+        return None, output
 
 
 def left_over(mark):

@@ -88,7 +88,7 @@ def follow(process: subprocess.Popen) -> dict:
                       "wall_s": float(match[3])}
         elif match := _ENDED.search(text):
             result = {"state": "failed", "time_s": float(match[1]), "reason": match[2]}
-        if re.match(r"\[ ?(INFO|WARN|ERROR|FATAL)\]", text):
+        if re.match(r"\[ ?(INFO|WARN|ERROR|FATAL)\]|RLException|.*process has (died|finished)", text):
             print(text, file=sys.stderr, flush=True)
     return result
 
