@@ -3,6 +3,10 @@
 
 namespace py = pybind11;
 
+namespace amb_rotor {
+void bindMakeDataset(py::module_& m);
+}
+
 namespace {
 
 /// The core's InputError as amb_rotor.errors.InputError, fault by fault.
@@ -29,4 +33,5 @@ PYBIND11_MODULE(_core, m) {
   amb_rotor::bindModes(m);
   amb_rotor::bindValidation(m);
   amb_rotor::bindSweep(m);
+  amb_rotor::bindMakeDataset(m);
 }

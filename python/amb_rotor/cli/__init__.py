@@ -43,6 +43,8 @@ COMMANDS = {
     "convert": "convert",
     "check": "check",
     "bench": "bench",
+    "make-dataset": "make_dataset",
+    "bench-diagnosis": "bench_diagnosis",
 }
 
 EXIT_DONE = 0

@@ -1,0 +1,250 @@
+#include "amb_rotor/validation/make_dataset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "amb_rotor/common/error.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/yaml_document.hpp"
+#include "make_dataset_parts.hpp"
+
+namespace amb_rotor {
+namespace {
+
+using namespace making;
+
+constexpr int most_rigs = 40;        ///< drawn until one carries its effects
+constexpr int most_sizes = 7;        ///< tried for one effect
+constexpr double size_match = 0.12;  ///< of the difference asked for
+constexpr double most_reach = 0.8;   ///< of the clearance, in runs without contact
+
+/// What is hidden in a set.
+struct Secret {
+  std::vector<std::string> effects;
+  std::string law;
+  bool contact = false;
+  std::vector<double> strengths;
+};
+
+Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
+  Secret secret;
+  std::vector<std::string> names = options.effects;
+  if (names.empty()) {
+    const auto& all = effectCatalogue().all();
+    const double what = dice.uniform(0.0, 1.0);
+    const int count = what < 0.15 ? 0 : what < 0.70 ? 1 : what < 0.88 ? 2 : -1;
+    if (count < 0) names.push_back(hiddenLaws()[dice.pick(static_cast<int>(hiddenLaws().size()))]);
+    while (static_cast<int>(names.size()) < count) {
+      const std::string& id = all[dice.pick(static_cast<int>(all.size()))].id;
+      if (std::find(names.begin(), names.end(), id) == names.end()) names.push_back(id);
+    }
+  }
+  for (const auto& name : names) {
+    if (name == "none") continue;
+    if (lawOf(name) != Law::none) {
+      secret.law = name;
+    } else if (effectCatalogue().find(name) != nullptr) {
+      secret.effects.push_back(name);
+    } else {
+      auto known = hiddenLaws();
+      for (const auto& schema : effectCatalogue().all()) known.push_back(schema.id);
+      throw InputError({{"", 0, "effect", name, "is not known; nearest: " + nearestWord(name, known)}});
+    }
+    secret.strengths.push_back(options.strength > 0.0 ? options.strength : dice.logUniform(2.0, 20.0));
+  }
+  secret.contact = options.contact || (options.effects.empty() && dice.chance(0.3));
+  for (const auto& id : secret.effects) secret.contact = secret.contact || needsContact(id);
+  return secret;
+}
+
+/// Noise as stated, with what goes round the loop measured on the machine itself.
+ChannelNoise drawNoise(Dice& dice, const TrueMachine& machine) {
+  constexpr double steps_um[] = {0.05, 0.1, 0.2, 0.25};
+  constexpr long samples = 3000;
+  ChannelNoise noise;
+  const double displacement = 1e-8 * std::round(100.0 * dice.uniform(0.3, 0.8));
+  noise.displacement_resolution_m = 1e-6 * steps_um[dice.pick(4)];
+  noise.loop_m = displacement * dice.uniform(0.25, 0.45);
+  const double current = dice.uniform(0.003, 0.007);
+  RunPlan plan;
+  plan.samples = samples;
+  LoopNoise loop(samples);
+  for (auto& row : loop)
+    for (double& value : row) value = noise.loop_m * dice.normal();
+  const Signals quiet = runMachine(machine, plan, nullptr), loud = runMachine(machine, plan, &loop);
+  for (int c = 0; c < channels; ++c) {
+    double sum = 0.0;
+    for (long i = samples / 10; i < samples; ++i) sum += std::pow(loud.rows[c][i] - quiet.rows[c][i], 2);
+    const double looped = std::sqrt(sum / (0.9 * samples));
+    noise.white[c] = c < 4 ? std::sqrt(std::max(0.1 * displacement * displacement,
+                                                displacement * displacement - looped * looped))
+                           : current;
+    noise.stated[c] = std::hypot(noise.white[c], looped);
+  }
+  return noise;
+}
+
+/// Mean square over the channels of what parts two machines in a run, over the noise.
+double meanSquare(const Signals& one, const Signals& other, const ChannelNoise& noise) {
+  double sum = 0.0;
+  const std::size_t n = std::min(one.angle.size(), other.angle.size());
+  for (int c = 0; c < channels; ++c)
+    for (std::size_t i = 0; i < n; ++i) sum += std::pow((one.rows[c][i] - other.rows[c][i]) / noise.residual(c), 2);
+  return sum / (channels * double(std::max<std::size_t>(n, 1)));
+}
+
+/// One rig with its runs, while effects are put into it.
+class Bench {
+ public:
+  Bench(const Model& truth, const std::vector<RunPlan>& plans, const ChannelNoise& noise)
+      : bare_{truth, {}}, plans_(plans), noise_(noise) {
+    for (const auto& plan : plans) {
+      free_.push_back(plan.run.holdsContact() ? Signals() : runMachine(bare_, plan, nullptr));
+      for (int c = 4; c < channels; ++c)
+        for (double i : free_.back().rows[c]) peak_current_A_ = std::max(peak_current_A_, std::fabs(i));
+    }
+  }
+  double peakCurrent() const { return peak_current_A_; }
+
+  /// The machine's runs against the bare one's. Below 0: a run does not go as it should.
+  double difference(const TrueMachine& machine, bool all) const {
+    double sum = 0.0;
+    int count = 0;
+    for (std::size_t i = 0; i < plans_.size(); ++i) {
+      const RunPlan& plan = plans_[i];
+      if (!all && plan.run.use == RunUse::validate) continue;
+      if (!all && plan.run.holdsContact() && plan.run.kind == RunKind::drop) continue;
+      const Signals signals = runMachine(machine, plan, nullptr);
+      const bool contact = plan.run.holdsContact();
+      if (!signals.sound || (!contact && signals.reach > most_reach)) return -1.0;
+      sum += meanSquare(signals, contact ? runWindows(bare_, plan, signals.window_start) : free_[i], noise_);
+      ++count;
+    }
+    return std::sqrt(sum / count);
+  }
+  bool bareIsSound() const {
+    for (std::size_t i = 0; i < plans_.size(); ++i)
+      if (!plans_[i].run.holdsContact() && (!free_[i].sound || free_[i].reach > most_reach)) return false;
+    return true;
+  }
+
+ private:
+  TrueMachine bare_;
+  const std::vector<RunPlan>& plans_;
+  const ChannelNoise& noise_;
+  std::vector<Signals> free_;
+  double peak_current_A_ = 0.0;
+};
+
+/// Puts an effect or law of the wanted difference into the machine. False: this rig does not carry it.
+template <class Put>
+bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, TrueMachine& machine) {
+  double size = 1.0, below = 0.0, above = 0.0, best = 1e300, reached = 0.0;
+  TrueMachine kept;
+  for (int i = 0; i < most_sizes; ++i) {
+    TrueMachine trial{truth, {}};
+    put(size, trial);
+    const double got = isStable(trial, topSpeedHz(truth)) ? bench.difference(trial, false) : -1.0;
+    const double off = got > 0.0 ? std::fabs(std::log(got / wanted)) : 1e300;
+    if (off < best) {
+      best = off;
+      kept = trial;
+      reached = got;
+    }
+    if (off < size_match) break;
+    if (got < 0.0 || got > wanted)
+      above = size;
+    else
+      below = size;
+    if (above > 0.0 && below > 0.0)
+      size = std::sqrt(above * below);
+    else if (got <= 0.0)
+      size *= got < 0.0 ? 0.4 : 4.0;
+    else
+      size *= std::clamp(wanted / got, 0.2, 5.0);
+  }
+  // some effects have no size of their own, or grow in jumps
+  constexpr double least = 1.5, much_off = 3.0;
+  if (reached < least && best > std::log(much_off)) return false;
+  if (reached <= 0.0) return false;
+  for (const auto& effect : kept.model.effects) machine.model.effects.push_back(effect);
+  if (kept.law.law != Law::none) machine.law = kept.law;
+  return true;
+}
+
+/// Tries one rig. False: it does not carry what is to be hidden.
+bool tryRig(Dice& dice, const Secret& secret, const std::string& folder, std::uint64_t seed, MadeDataset& made) {
+  const auto hides = [&](const char* id) {
+    return std::find(secret.effects.begin(), secret.effects.end(), id) != secret.effects.end();
+  };
+  made = MadeDataset();
+  made.belief = drawBelief(dice, secret.contact || hides("shaft_crack"), hides("gyroscopic_coupling"));
+  TrueMachine machine{drawTruth(dice, made.belief), {}};
+  if (netStiffness(machine.model) < 0.5 * netStiffness(made.belief)) return false;
+  const double top = topSpeedHz(made.belief);
+  if (!isStable({made.belief, {}}, top) || !isStable(machine, top)) return false;
+  const bool strong = hides("magnetic_nonlinearity") || hides("magnetic_saturation");
+  std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, strong ? 1.4 : 1.0);
+  if (!makeRubsTouch(machine, plans)) return false;
+  const ChannelNoise noise = drawNoise(dice, machine);
+  const Bench bench(machine.model, plans, noise);
+  if (!bench.bareIsSound()) return false;
+  const Model truth = machine.model;
+  for (std::size_t i = 0; i < secret.effects.size(); ++i) {
+    const EffectDraw draw = drawEffect(dice, secret.effects[i]);
+    const auto put = [&](double size, TrueMachine& trial) {
+      trial.model.effects.push_back(effectOfSize(draw, size, truth, bench.peakCurrent()));
+    };
+    if (!putIn(bench, truth, secret.strengths[i], put, machine)) return false;
+  }
+  if (!secret.law.empty()) {
+    const Law law = lawOf(secret.law);
+    const EffectDraw draw = drawEffect(dice, secret.law);
+    const auto put = [&](double size, TrueMachine& trial) {
+      trial.law = lawOfSize(law, draw, size, truth);
+    };
+    if (!putIn(bench, truth, secret.strengths.back(), put, machine)) return false;
+  }
+  if (!isStable(machine, top)) return false;
+  const bool clean = machine.model.effects.empty() && machine.law.law == Law::none;
+  made.difference = clean ? 0.0 : bench.difference(machine, true);
+  if (made.difference < 0.0) return false;
+
+  std::filesystem::create_directories(folder + "/runs");
+  for (const auto& plan : plans) {
+    LoopNoise loop(plan.samples);
+    for (auto& row : loop)
+      for (double& value : row) value = noise.loop_m * dice.normal();
+    const Signals signals = runMachine(machine, plan, &loop), quiet = runMachine(machine, plan, nullptr);
+    if (!signals.sound || static_cast<long>(signals.angle.size()) != plan.samples) return false;
+    if (!plan.run.holdsContact() && signals.touched) return false;
+    const RecordedRun recorded = record(dice, signals, quiet, noise);
+    made.floor[plan.run.id] = recorded.floor;
+    writeRun(folder, plan, recorded);
+  }
+  made.truth = machine.model;
+  made.law = secret.law;
+  made.depends_on = lawDependsOn(machine.law.law);
+  made.verdict = !secret.law.empty() ? "unknown" : clean ? "none" : "effect";
+  writeDescription(folder, "blind-" + std::to_string(seed), made.belief, noise, plans);
+  writeTruth(folder, made, machine.law, seed);
+  return true;
+}
+
+}  // namespace
+
+MadeDataset makeDataset(const MakeDatasetOptions& options) {
+  Dice dice(options.seed);
+  for (int i = 0; i < 8; ++i) dice.uniform(0.0, 1.0);
+  const Secret secret = drawSecret(dice, options);
+  MadeDataset made;
+  for (int i = 0; i < most_rigs; ++i)
+    if (tryRig(dice, secret, options.out, options.seed, made)) return made;
+  std::string names = secret.law;
+  for (const auto& id : secret.effects) names += (names.empty() ? "" : ", ") + id;
+  throw InputError({{"", 0, "effect", names,
+                     "none of " + std::to_string(most_rigs) + " drawn rigs can carry this at that strength"}});
+}
+
+}  // namespace amb_rotor
