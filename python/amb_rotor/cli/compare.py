@@ -102,8 +102,9 @@ def run(args) -> int:
     out = common.out_folder(args, "compare", models.stem(folder))
     import json
     common.atomic_write(out / "comparison.json", json.dumps(common._plain(result), indent=2) + "\n")
-    report = write_report(out / "report.html", f"{model.name} against {dataset.name}",
-                          f"model {comparison['model'].hash}, effects: {effects}", [data.stage(model.name, comparison)])
+    name = model.name if path else "The rig as believed"
+    report = write_report(out / "report.html", f"{name} against {dataset.name}",
+                          f"model {comparison['model'].hash}, effects: {effects}", [data.stage(name, comparison)])
     common.report_line(report)
     error = comparison["validation_errors"]["error"] or comparison["errors"]["error"]
     return 1 if args.limit is not None and error > args.limit else 0

@@ -108,21 +108,11 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     return dataset, model, diagnosis, adopted
 
 
-def run(args) -> int:
-    from amb_rotor import _core
+def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dict, adopted, stages: list) -> None:
+    """Writes the folder of a diagnosis. stages: (label, comparison) before, and after where an effect was found."""
     from amb_rotor.report import data, write_report
-    folder = common.input_path(args.dataset)
-    folder = folder.parent if folder.name == "dataset.yaml" else folder
-    out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
-    may_replace(out)
-    dataset, model, diagnosis, adopted = diagnose(folder, args.model, args)
     diagnosis["dataset"] = {"name": dataset.name, "folder": str(folder.resolve())}
     diagnosis["model"] = {"name": model.name, "hash": model.hash}
-    print_diagnosis(diagnosis)
-    stages = []
-    for label, one in ((("as believed", model),) + ((("with " + ", ".join(s["added"] for s in diagnosis["steps"]), adopted),)
-                                                   if diagnosis["steps"] else ())):
-        stages.append((label, _core.compare(one, dataset, threads=args.threads)))
 
     def fill(part: pathlib.Path) -> None:
         text = json.dumps(common._plain(diagnosis), indent=2, allow_nan=False) + "\n"
@@ -132,12 +122,33 @@ def run(args) -> int:
         comparisons = {label: {key: comparison[key] for key in ("errors", "validation_errors")}
                        for label, comparison in zip(("before", "after"), (stage[1] for stage in stages))}
         common.atomic_write(part / "errors.json", json.dumps(common._plain(comparisons), indent=2) + "\n")
-        write_report(part / "report.html", f"What does {model.name} lack?",
-                     f"data set {dataset.name}, {len(dataset.runs)} runs; model {model.hash}",
+        write_report(part / "report.html", f"What does the model of {dataset.name} lack?",
+                     f"{len(dataset.runs)} runs; model {model.name}, {model.hash}",
                      [data.stage(*stage) for stage in stages], diagnosis, revisions_of(diagnosis))
 
     out.parent.mkdir(parents=True, exist_ok=True)
     write_folder(out, fill)
+
+
+def after_label(diagnosis: dict) -> str:
+    return "with " + ", ".join(step["added"] for step in diagnosis["steps"])
+
+
+def run(args) -> int:
+    from amb_rotor import _core
+    from amb_rotor.cli.compare import Bar
+    folder = common.input_path(args.dataset)
+    folder = folder.parent if folder.name == "dataset.yaml" else folder
+    out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
+    may_replace(out)
+    dataset, model, diagnosis, adopted = diagnose(folder, args.model, args)
+    print_diagnosis(diagnosis)
+    chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] else [])
+    stages = []
+    for label, one in chosen:
+        with Bar(f"comparing {label}") as bar:
+            stages.append((label, _core.compare(one, dataset, threads=args.threads, progress=bar)))
+    save(out, folder, dataset, model, diagnosis, adopted, stages)
     common.write_json(args, diagnosis)
     common.report_line(out / "report.html")
     return 0

@@ -32,7 +32,7 @@ def campbell(path, title, speeds, rows):
     top.set_ylim(0.0, min(1.1 * highest, 4.0 * max(speeds)))
     top.set_ylabel("damped frequency [Hz]")
     top.set_title(title)
-    top.legend(loc="upper left", frameon=False)
+    top.legend(loc="lower right", frameon=False)
     bottom.axhline(0.0, lw=0.8, color="#999999")
     bottom.set_ylabel("damping ratio [-]")
     bottom.set_xlabel("speed [Hz]")

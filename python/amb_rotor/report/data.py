@@ -9,6 +9,7 @@ CHANNELS = ("ax", "ay", "bx", "by", "iax", "iay", "ibx", "iby")
 # Displacements are drawn in micrometres, currents in ampere.
 FACTORS = (1e6,) * 4 + (1.0,) * 4
 OVERLAY_BINS = 350
+CLOSE_SAMPLES = 400
 ORBIT_BINS = 72
 ORBIT_POINTS = 600
 
@@ -58,6 +59,17 @@ def residual_orbit(run: dict, end: int) -> dict | None:
             "x": short(last[:, 0], 3), "y": short(last[:, 1], 3)}
 
 
+def close_up(measured: numpy.ndarray, predicted: numpy.ndarray, rate: float, factor: float) -> dict:
+    """The stretch around the largest residual, sample by sample."""
+    residual = measured - predicted
+    size = min(CLOSE_SAMPLES, len(residual))
+    power = numpy.convolve(residual ** 2, numpy.ones(size), "valid")
+    begin = int(numpy.argmax(power))
+    part = slice(begin, begin + size)
+    return {"from": begin / rate, "measured": short(factor * measured[part]),
+            "predicted": short(factor * predicted[part]), "residual": short(factor * residual[part], 3)}
+
+
 def run_data(run: dict) -> dict:
     measured, predicted = run["measured"], run["predicted"]
     count, rate = len(measured), run["sample_rate_hz"]
@@ -67,9 +79,10 @@ def run_data(run: dict) -> dict:
             continue
         channels[name] = {"measured": short(factor * envelope(measured[:, index])),
                           "predicted": short(factor * envelope(predicted[:, index])),
-                          "residual": short(factor * envelope(measured[:, index] - predicted[:, index]), 3)}
+                          "residual": short(factor * envelope(measured[:, index] - predicted[:, index]), 3),
+                          "close": close_up(measured[:, index], predicted[:, index], rate, factor)}
     return {"id": run["id"], "use": run["use"], "kind": run["kind"], "error": run["error"],
-            "channel_errors": channel_errors(run), "t": short(envelope_times(count, rate), 5), "channels": channels,
+            "channel_errors": channel_errors(run), "sample_rate_hz": rate, "t": short(envelope_times(count, rate), 5), "channels": channels,
             "orbits": [residual_orbit(run, end) for end in (0, 1)]}
 
 

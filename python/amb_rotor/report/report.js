@@ -55,9 +55,8 @@
       Plotly.react(place, made.traces, merge(base(), made.layout || {}), {responsive: true, displaylogo: false,
         displayModeBar: false});
     };
-    drawn.push(draw);
-    draw();
-    return draw;
+    drawn.push(draw);  // drawn when the page is complete: only then are the widths known
+    return () => { if (document.body.dataset.ready) draw(); };
   }
   const floorLine = (axis) => ({type: "line", [axis === "x" ? "yref" : "xref"]: "paper",
     [axis === "x" ? "y0" : "x0"]: 0, [axis === "x" ? "y1" : "x1"]: 1, [axis + "0"]: 1, [axis + "1"]: 1,
@@ -66,7 +65,7 @@
   function bars(parent, title, explanation, labels, pick, xtitle) {
     const c = card(parent, title, explanation);
     plot(c, 250, () => ({
-      traces: D.stages.map((s, i) => ({type: "bar", name: s.label, x: labels, y: labels.map(l => pick(s, l)),
+      traces: D.stages.map((s, i) => ({type: "bar", name: s.label, x: labels.map(words), y: labels.map(l => pick(s, l)),
         marker: {color: i === 0 ? colour(D.stages.length > 1 ? "orange" : "blue") : colour("blue")},
         hovertemplate: "%{x}: %{y:.2f}<extra>" + s.label + "</extra>"})),
       layout: {barmode: "group", bargap: 0.25, showlegend: D.stages.length > 1, xaxis: {title: {text: xtitle}, type: "category"},
@@ -157,7 +156,7 @@
     const top = Math.max(3, ...first.runs.flatMap(r => r.channel_errors.filter(has)));
     plot(c, Math.max(240, 60 + 21 * ids.length), () => ({
       traces: [{type: "heatmap", x: CHANNELS, y: ids, z: z, zmin: 1, zmax: top,
-        colorscale: [[0, colour("card")], [0.35, colour("blue")], [1, colour("orange")]],
+        colorscale: [[0, colour("card")], [1, colour("orange")]],
         colorbar: {title: {text: "error / noise", side: "right"}, thickness: 10, outlinewidth: 0}, xgap: 2, ygap: 2,
         hovertemplate: "%{y}, %{x}: %{z:.2f}<extra></extra>"}],
       layout: {yaxis: {autorange: "reversed", tickfont: {size: 11}}, xaxis: {title: {text: "channel"}}, margin: {l: 140}}}));
@@ -173,7 +172,7 @@
     bars(row, "By channel", "ax … by: displacement; iax … iby: control current.", CHANNELS.filter(c => has(first.errors.by_channel[c])),
       (stage, c) => stage.errors.by_channel[c], "channel");
     row = add(s, "div", null, "two row");
-    bars(row, "By regime", null, Object.keys(first.errors.by_regime), (stage, r) => stage.errors.by_regime[r], "regime");
+    bars(row, "By regime", "What the rotor was doing.", Object.keys(first.errors.by_regime), (stage, r) => stage.errors.by_regime[r], "regime");
     const orders = Object.keys(first.errors.by_harmonic).map(Number).sort((a, b) => a - b).map(String);
     bars(row, "By harmonic of the speed", "Negative: backward. The error that taking it away would remove.", orders,
       (stage, h) => stage.errors.by_harmonic[h], "order [1/turn]");
@@ -186,7 +185,7 @@
         layout: {showlegend: D.stages.length > 1, xaxis: {title: {text: "speed [Hz]"}},
                  yaxis: {title: {text: "error / noise [-]"}, rangemode: "tozero"}, shapes: [floorLine("y")]}}));
     }
-    heat(row, last);
+    if (D.stages.length > 1) heat(row, last);
   }
 
   // ---- overlays
@@ -199,10 +198,10 @@
   }
   function overlays() {
     const s = section("Measured against predicted",
-      "Least and largest value of each interval. Runs with contact are predicted in windows of 10 ms, the others in one piece.");
+      "A whole run is shown by the least and largest value of each interval. Runs with contact are predicted in windows of 10 ms, the others in one piece.");
     const picks = add(s, "div", null, "picks");
     const worst = first.runs.reduce((w, r, i) => r.error > first.runs[w].error ? i : w, 0);
-    const state = {run: worst, channel: 0, stage: D.stages.length - 1};
+    const state = {run: worst, channel: 0, stage: D.stages.length - 1, close: true};
     const names = () => Object.keys(D.stages[state.stage].runs[state.run].channels);
     let draw = () => {}, drawOrbit = () => {};
     const redraw = () => { draw(); drawOrbit(); };
@@ -214,12 +213,15 @@
       const p = choice(picks, "model", D.stages.map(t => t.label), v => { state.stage = v; redraw(); });
       p.value = state.stage;
     }
+    choice(picks, "time", ["where the residual is largest", "the whole run"], v => { state.close = v === 0; redraw(); });
     draw = plot(s, 420, () => {
-      const run = D.stages[state.stage].runs[state.run], name = names()[state.channel], c = run.channels[name];
+      const run = D.stages[state.stage].runs[state.run], name = names()[state.channel];
+      const c = state.close ? run.channels[name].close : run.channels[name];
+      const t = state.close ? c.measured.map((_, i) => c.from + i / run.sample_rate_hz) : run.t;
       const unit = name[0] === "i" ? "A" : "µm";
-      const line = (y, label, colour_, more) => Object.assign({x: run.t, y: y, name: label, mode: "lines",
+      const line = (y, label, colour_, more) => Object.assign({x: t, y: y, name: label, mode: "lines",
         line: {color: colour_, width: 1}}, more || {});
-      return {traces: [line(c.measured, "measured", colour("grey")), line(c.predicted, "predicted", colour("blue")),
+      return {traces: [line(c.measured, "measured", colour("ink")), line(c.predicted, "predicted", colour("blue")),
                        line(c.residual, "measured − predicted", colour("orange"), {yaxis: "y2"})],
               layout: {showlegend: true, yaxis: {domain: [0.42, 1], title: {text: name + " [" + unit + "]"}},
                        yaxis2: {domain: [0, 0.34], title: {text: "residual [" + unit + "]"}, gridcolor: colour("line"),
@@ -314,6 +316,7 @@
   if (first) where();
   if (diagnosis && diagnosis.ranking.length) ranking();
   if (first) { overlays(); nuisance(); }
+  drawn.forEach(draw => draw());
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach(draw => draw()));
   document.body.dataset.ready = "yes";
 })();
