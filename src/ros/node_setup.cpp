@@ -69,6 +69,9 @@ Model modelOf(const ros::NodeHandle& own) {
   Model model = readModel(requiredText(own, "model"), effectCatalogue());
   const auto overrides = valueOr(own, "overrides", std::vector<std::string>(), "a list of texts path=value");
   if (!overrides.empty()) applyOverrides(model, overrides, effectCatalogue());
+  if (model.rotor_model == RotorModel::flexible && model.flexible.mass.empty())
+    throw InputError({{requiredText(own, "model"), 0, "rotor.model", "flexible",
+                       "the modes of " + model.rotor_geometry + " are not there; rigid_beam works here"}});
   return model;
 }
 
