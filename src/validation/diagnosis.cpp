@@ -22,9 +22,13 @@ constexpr double least_validation_drop = 0.004;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
+/// Iterations of a candidate's first look, and candidates that are then fitted to the end.
+constexpr int first_look_iterations = 2, finalists = 6;
+/// Evidence after the first look below which a candidate is not followed.
+constexpr double hopeless = -40.0;
+
 struct Trial {
   std::string effect;
-  std::vector<double> start;
   FitResult fit;
   std::vector<LocalState> local;
   std::shared_ptr<FitSpace> space;
@@ -55,11 +59,15 @@ class Diagnoser {
     if (options_.progress) options_.progress(share, what);
   }
   Trial fitEffects(const Settings& effects, const Eigen::VectorXd* nuisance, bool contact, int iterations,
-                   const std::vector<LocalState>& local, bool scores, const QuadraticPrior* prior = nullptr) const;
+                   const std::vector<LocalState>& local, bool scores, const QuadraticPrior* prior = nullptr,
+                   bool first_look = false) const;
   CandidateErrors judge(const Trial& trial, bool with_contact, std::vector<RunResult>* results = nullptr) const;
   double evidence(const Trial& trial, const Trial& against) const;
   std::vector<Trial> screen(const Settings& adopted, const Trial& reference, const QuadraticPrior& free_prior,
                             double from, double to);
+  void finish(std::vector<Trial>& trials, const Trial& reference_free, const Trial& reference_contact,
+              const QuadraticPrior& free_prior) const;
+  static Settings valuesOf(const Trial& trial);
   bool earns(const Trial& trial, const CandidateErrors& before) const;
   std::vector<int> joined(const std::vector<int>& a, const std::vector<int>& b) const {
     std::vector<int> out = a;
@@ -75,7 +83,8 @@ class Diagnoser {
 };
 
 Trial Diagnoser::fitEffects(const Settings& effects, const Eigen::VectorXd* nuisance, bool contact, int iterations,
-                            const std::vector<LocalState>& local, bool scores, const QuadraticPrior* prior) const {
+                            const std::vector<LocalState>& local, bool scores, const QuadraticPrior* prior,
+                            bool first_look) const {
   Trial trial;
   trial.space = std::make_shared<FitSpace>(belief_, effects);
   trial.local = local;
@@ -85,6 +94,10 @@ Trial Diagnoser::fitEffects(const Settings& effects, const Eigen::VectorXd* nuis
   FitOptions options;
   options.most_iterations = iterations;
   options.scores = scores;
+  if (first_look) {
+    options.attempts = 3;
+    options.covariance = false;
+  }
   const std::vector<int> which = prior != nullptr ? fit_contact_ : (contact ? joined(fit_free_, fit_contact_) : fit_free_);
   trial.fit = fit(problem, start, which, trial.local, options, prior);
   if (!effects.empty()) trial.effect = effects.back().id;
@@ -160,32 +173,57 @@ std::vector<Trial> Diagnoser::screen(const Settings& adopted, const Trial& refer
       best.push_back(winner);
       continue;
     }
-    // one iteration from each start, then the best one to the end
+    // a short look from each start
     winner.fit.chi2 = 1e301;
     for (const auto& start : starts) {
       Settings effects = adopted;
       for (std::size_t i = 0; i < effects.size(); ++i)
         effects[i].values = reference.space->model(reference.fit.x).effects[belief_.effects.size() + i].values;
       effects.push_back({name, start});
-      Trial trial = fitEffects(effects, &nuisance, contact, starts.size() > 1 ? 2 : 8, reference.local, false,
-                               contact ? &free_prior : nullptr);
-      trial.start = start;
+      Trial trial = fitEffects(effects, &nuisance, contact, starts.size() > 2 ? 1 : first_look_iterations,
+                               reference.local, false, contact ? &free_prior : nullptr, true);
       if (trial.fit.chi2 < winner.fit.chi2) winner = trial;
-    }
-    if (starts.size() > 1 && winner.fit.finite && evidence(winner, reference) > -60.0) {
-      Settings effects = winner.space->fitted();
-      const Model at = winner.space->model(winner.fit.x);
-      for (auto& e : effects)
-        for (const auto& s : at.effects)
-          if (s.id == e.id) e.values = s.values;
-      const Eigen::VectorXd own = winner.fit.x.head(nuisance.size());
-      Trial more = fitEffects(effects, &own, contact, 8, winner.local, false, contact ? &free_prior : nullptr);
-      if (more.fit.chi2 <= winner.fit.chi2) winner = more;
     }
     winner.effect = name;
     best.push_back(winner);
   }
   return best;
+}
+
+void Diagnoser::finish(std::vector<Trial>& trials, const Trial& reference_free, const Trial& reference_contact,
+                       const QuadraticPrior& free_prior) const {
+  const auto value = [&](Trial& t) {
+    t.evidence = t.excited ? evidence(t, effectCatalogue().find(t.effect)->needs_contact ? reference_contact : reference_free)
+                           : -1e300;
+  };
+  const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
+  for (auto& t : trials) value(t);
+  std::stable_sort(trials.begin(), trials.end(), order);
+  int finished = 0;
+  for (auto& t : trials) {
+    // those that may still become the best: the first few, and whatever comes near them
+    if (!t.excited || !t.fit.finite || finished >= finalists || t.evidence < hopeless) break;
+    ++finished;
+    const bool contact = effectCatalogue().find(t.effect)->needs_contact;
+    Settings effects = valuesOf(t);
+    const Eigen::VectorXd own = t.fit.x.head(t.space->nuisances());
+    Trial more = fitEffects(effects, &own, contact, 10, t.local, false, contact ? &free_prior : nullptr);
+    if (more.fit.chi2 <= t.fit.chi2) {
+      more.effect = t.effect;
+      t = more;
+    }
+    value(t);
+  }
+  std::stable_sort(trials.begin(), trials.end(), order);
+}
+
+Diagnoser::Settings Diagnoser::valuesOf(const Trial& trial) {
+  Settings effects = trial.space->fitted();
+  const Model at = trial.space->model(trial.fit.x);
+  for (auto& e : effects)
+    for (const auto& s : at.effects)
+      if (s.id == e.id) e.values = s.values;
+  return effects;
 }
 
 Diagnosis Diagnoser::run() {
@@ -226,12 +264,7 @@ Diagnosis Diagnoser::run() {
     Trial reference = reference_free;
     reference.local = reference_contact.local;
     std::vector<Trial> trials = screen(adopted, reference, prior, from, to);
-    for (auto& t : trials) {
-      if (!t.excited) continue;
-      const bool through_contact = effectCatalogue().find(t.effect)->needs_contact;
-      t.evidence = evidence(t, through_contact ? reference_contact : reference_free);
-    }
-    std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; });
+    finish(trials, reference_free, reference_contact, prior);
     int judged = 0;
     for (auto& t : trials) {
       if (!t.excited || !t.fit.finite) continue;
@@ -262,11 +295,7 @@ Diagnosis Diagnoser::run() {
     if (chosen == trials.end()) break;
     // joint refit of everything with robust standard deviations
     progress(to - 0.02, "refit with " + chosen->effect);
-    const Model at = chosen->space->model(chosen->fit.x);
-    Settings effects = chosen->space->fitted();
-    for (auto& e : effects)
-      for (const auto& s : at.effects)
-        if (s.id == e.id) e.values = s.values;
+    const Settings effects = valuesOf(*chosen);
     const bool through_contact = !fit_contact_.empty();
     const Eigen::VectorXd own = chosen->fit.x.head(free_nuisance.size());
     Trial all_free = fitEffects(effects, &own, false, 6, chosen->local, true);

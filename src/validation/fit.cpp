@@ -119,7 +119,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       g.head(q) -= extra->h * (result.x.head(q) - extra->centre);
     }
     bool improved = false, converged = false;
-    for (int attempt = 0; attempt < 6; ++attempt) {
+    for (int attempt = 0; attempt < options.attempts; ++attempt) {
       Eigen::MatrixXd damped = h;
       for (int k = 0; k < p; ++k) {
         const double scale = space.coordinates()[k].scale;
@@ -136,15 +136,31 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = true;
         break;
       }
+      if (iteration == 0 && attempt == 0 && chi2 - 3.0 * expected > options.give_up_chi2) {
+        result.iterations = 1;
+        converged = true;  // not even three times the foreseen gain would do
+        break;
+      }
+      // the value alone first: most steps that fail do so here
       std::vector<LocalState> trial_local = local;
-      NormalEquations trial = problem.evaluate(x, which, trial_local, evaluation);
+      EvaluationOptions value_only = evaluation;
+      value_only.jacobian = false;
+      NormalEquations trial = problem.evaluate(x, which, trial_local, value_only);
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {
         converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < 20.0;
         local = std::move(trial_local);
-        now = std::move(trial);
         result.x = x;
         chi2 = trial_chi2;
+        const bool go_on = !converged && iteration + 1 < options.most_iterations;
+        if (go_on || options.covariance) {
+          now = problem.evaluate(x, which, local, evaluation);
+          chi2 = now.chi2 + penalty(x);
+        } else {
+          now.chi2 = trial.chi2;
+          now.squares = trial.squares;
+          now.count = trial.count;
+        }
         damping = std::max(damping * 0.1, 1e-9);
         improved = true;
         break;

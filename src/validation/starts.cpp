@@ -100,7 +100,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   }
   if (effect == "amplifier_lag") return {with({rig.amb.amplifier_bandwidth_hz})};
   if (effect == "control_delay") return {with({rig.controller.delay_s})};
-  if (effect == "eddy_current_lag") return {with({2e4}), with({3e3}), with({600.0})};
+  if (effect == "eddy_current_lag") return {with({1e4}), with({1e3})};
   if (effect == "hertzian_contact") {
     // the same energy as the linear law at penetrations of 2 and 8 um
     std::vector<std::vector<double>> out;

@@ -84,6 +84,9 @@ struct FitOptions {
   int most_iterations = 8;
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
   int first_window_passes = 1;
+  int attempts = 6;          ///< damped steps tried in an iteration
+  double give_up_chi2 = 1e300;  ///< stop at once where the foreseen gain does not come near this
+  bool covariance = true;    ///< linearise once more at the end; false: the covariance is that of the last iteration
   bool scores = false;       ///< fill the robust covariance
 };
 
