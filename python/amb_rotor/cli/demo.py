@@ -91,9 +91,12 @@ def motion(args, out: pathlib.Path, share: pathlib.Path) -> tuple[list, list[str
     sentences = []
     for title, begin, finish in PHASES:
         part = (table["t_s"] >= begin) & (table["t_s"] < finish)
-        x, y, touching = draw.end_motion(table, "a", clearance)
-        sentences.append(f"{title}: up to {float(((x[part] ** 2 + y[part] ** 2) ** 0.5).max()):.2f} of the clearance at end "
-                         f"a, in contact {100 * float(touching[part].mean()):.0f} % of the time")
+        ends = []
+        for end in "ab":
+            x, y, touching = draw.end_motion(table, end, clearance)
+            ends.append(f"end {end} up to {float(((x[part] ** 2 + y[part] ** 2) ** 0.5).max()):.2f} of the clearance, in "
+                        f"contact {100 * float(touching[part].mean()):.0f} % of the time")
+        sentences.append(f"{title}: " + "; ".join(ends))
         say("  " + sentences[-1])
     pictures = [(draw.orbit(out / "orbit.png", table, clearance, PHASES), "Orbit in the clearance of both auxiliary bearings"),
                 (draw.poincare(out / "poincare.png", table, clearance, PHASES), "Poincare section at the tacho pulse"),

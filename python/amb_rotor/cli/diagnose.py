@@ -52,7 +52,8 @@ def print_diagnosis(diagnosis: dict) -> None:
             remarks.append("not excited by these runs")
         if row["confounded_with"]:
             remarks.append("hardly parted from " + ", ".join(row["confounded_with"]))
-        print(f"  {row['effect']:<32} {row['evidence']:9.1f} {row['validation_error']:9.3f}  {'; '.join(remarks)}")
+        figures = f"{row['evidence']:9.1f} {row['validation_error']:9.3f}" if row["excited"] else f"{'-':>9} {'-':>9}"
+        print(f"  {row['effect']:<32} {figures}  {'; '.join(remarks)}")
     unexplained = diagnosis["unexplained"]
     if unexplained["depends_on"]:
         print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}")

@@ -50,10 +50,10 @@ def orbit(path, table: dict, clearance: float, phases: list):
 
 
 def poincare(path, table: dict, clearance: float, phases: list):
-    """Places at the tacho pulse, end a, coloured by phase."""
+    """Places at the tacho pulse, end b, coloured by phase."""
     import matplotlib.pyplot as plt
     from amb_rotor import _core
-    x, y, _ = end_motion(table, "a", clearance)
+    x, y, _ = end_motion(table, "b", clearance)
     times, px, py = _core.stroboscopic_section(table["t_s"], table["angle_rad"], x, y)
     figure, axes = plt.subplots(figsize=(5.4, 5.2), constrained_layout=True)
     _circle(axes)
@@ -61,13 +61,13 @@ def poincare(path, table: dict, clearance: float, phases: list):
         part = (times >= begin) & (times < finish)
         axes.plot(px[part], py[part], "o", ms=4, color=colour, label=f"{title} ({int(part.sum())} turns)")
     axes.set_ylabel("y / clearance [-]")
-    axes.set_title("Poincare section at the tacho pulse, end a", fontsize=11)
+    axes.set_title("Poincare section at the tacho pulse, end b", fontsize=11)
     axes.legend(fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3)
     return save(figure, path)
 
 
 def spectrum(path, table: dict, phases: list):
-    """Full spectrum of end a: forward at positive, backward at negative frequencies, a row each phase."""
+    """Full spectrum of end b: forward at positive, backward at negative frequencies, a row each phase."""
     import matplotlib.pyplot as plt
     from amb_rotor import _core
     rate = (len(table["t_s"]) - 1) / (table["t_s"][-1] - table["t_s"][0])
@@ -75,7 +75,7 @@ def spectrum(path, table: dict, phases: list):
                                  squeeze=False)
     for axes, (title, begin, finish) in zip(panes[:, 0], phases):
         part = (table["t_s"] >= begin) & (table["t_s"] < finish)
-        frequency, amplitude = _core.full_spectrum(table["aux_ax_m"][part], table["aux_ay_m"][part], rate)
+        frequency, amplitude = _core.full_spectrum(table["aux_bx_m"][part], table["aux_by_m"][part], rate)
         speed = float(numpy.mean(table["speed_Hz"][part]))
         shown = numpy.abs(frequency) <= 1000.0
         axes.semilogy(frequency[shown], 1e6 * numpy.maximum(amplitude[shown], 1e-12), color=FREE, lw=1.0)
@@ -83,6 +83,6 @@ def spectrum(path, table: dict, phases: list):
         axes.axvline(-speed, color="#999999", lw=0.8, ls="--")
         axes.set_ylim(bottom=1e-3)
         axes.set_ylabel("amplitude [µm]")
-        axes.set_title(f"{title}; dashed: the speed, forward and backward", fontsize=10)
+        axes.set_title(f"{title}, end b; dashed: the speed, forward and backward", fontsize=10)
     panes[-1, 0].set_xlabel("frequency [Hz], negative: backward")
     return save(figure, path)

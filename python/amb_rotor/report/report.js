@@ -65,7 +65,7 @@
   function bars(parent, title, explanation, labels, pick, xtitle) {
     const c = card(parent, title, explanation);
     plot(c, 250, () => ({
-      traces: D.stages.map((s, i) => ({type: "bar", name: s.label, x: labels.map(words), y: labels.map(l => pick(s, l)),
+      traces: D.stages.map((s, i) => ({type: "bar", name: words(s.label), x: labels.map(words), y: labels.map(l => pick(s, l)),
         marker: {color: i === 0 ? colour(D.stages.length > 1 ? "orange" : "blue") : colour("blue")},
         hovertemplate: "%{x}: %{y:.2f}<extra>" + s.label + "</extra>"})),
       layout: {barmode: "group", bargap: 0.25, showlegend: D.stages.length > 1, xaxis: {title: {text: xtitle}, type: "category"},
@@ -139,7 +139,7 @@
 
   function rankingBars(parent) {
     const c = card(parent, "Which effect: evidence", "Natural logarithm of the odds against the model without it; best twelve.");
-    const rows = diagnosis.ranking.slice(0, 12).reverse();
+    const rows = diagnosis.ranking.filter(r => r.excited !== false).slice(0, 12).reverse();
     const adopted = diagnosis.steps.map(s => s.added);
     plot(c, 300, () => ({
       traces: [{type: "bar", orientation: "h", y: rows.map(r => words(r.effect)), x: rows.map(r => r.evidence),
@@ -150,7 +150,7 @@
 
   function heat(parent, stage) {
     const s = stage || first;
-    const c = card(parent, "Where it fails: run by channel", "Error over noise" + (D.stages.length > 1 ? ", " + s.label : "") + ".");
+    const c = card(parent, "Where it fails: run by channel", "Error over noise" + (D.stages.length > 1 ? ", model " + words(s.label) : "") + ".");
     const ids = s.runs.map(r => r.id + (r.use === "validate" ? " (held out)" : ""));
     const z = s.runs.map(r => r.channel_errors);
     const top = Math.max(3, ...first.runs.flatMap(r => r.channel_errors.filter(has)));
@@ -181,11 +181,11 @@
       const c = card(row, "By speed");
       plot(c, 260, () => ({
         traces: D.stages.map((stage, i) => ({x: stage.errors.by_speed.map(b => b.speed_hz), y: stage.errors.by_speed.map(b => b.error),
-          name: stage.label, mode: "lines+markers", line: {color: i === 0 && D.stages.length > 1 ? colour("orange") : colour("blue")}})),
+          name: words(stage.label), mode: "lines+markers", line: {color: i === 0 && D.stages.length > 1 ? colour("orange") : colour("blue")}})),
         layout: {showlegend: D.stages.length > 1, xaxis: {title: {text: "speed [Hz]"}},
                  yaxis: {title: {text: "error / noise [-]"}, rangemode: "tozero"}, shapes: [floorLine("y")]}}));
     }
-    if (D.stages.length > 1) heat(row, last);
+    if (D.stages.length > 1) heat(row, first);
   }
 
   // ---- overlays
@@ -262,7 +262,7 @@
     const s = section("Which effect", "Every candidate was fitted together with all uncertain values of the rig, and judged on runs that it has not seen.");
     table(s, [
       {title: "effect", value: r => words(r.effect)},
-      {title: "evidence", n: true, value: r => num(r.evidence, 4)},
+      {title: "evidence", n: true, value: r => r.excited === false ? "–" : num(r.evidence, 4)},
       {title: "fit", n: true, value: r => err(r.fit_error)},
       {title: "held out", n: true, value: r => err(r.validation_error)},
       {title: "no contact", n: true, value: r => err(r.validation_error_free)},
@@ -272,7 +272,9 @@
         r.plausible === false ? "not plausible: at a limit" : "",
         r.confounded_with.length ? "hardly parted from " + r.confounded_with.map(words).join(", ") : "", r.note || ""]
         .filter(x => x).join("; ")}
-    ], diagnosis.ranking.map(r => Object.assign({dim: r.excited === false || r.plausible === false}, r)));
+    ], diagnosis.ranking.map(r => Object.assign({dim: r.excited === false || r.plausible === false}, r,
+      r.excited === false ? {fit_error: null, validation_error: null, validation_error_free: null,
+                             validation_error_contact: null, parameters: {}} : {})));
     const experiments = diagnosis.ranking.filter(r => r.experiment);
     if (experiments.length) {
       add(add(s, "p"), "b", "Experiments that would part them");

@@ -1,0 +1,154 @@
+"""simulate, check, modes, campbell, critical-speeds, margins on the command line; the bindings behind them."""
+from __future__ import annotations
+
+import json
+import math
+import pathlib
+
+import pytest
+
+numpy = pytest.importorskip("numpy")
+core = pytest.importorskip("amb_rotor._core")
+
+from amb_rotor import cli, modal  # noqa: E402
+from amb_rotor.errors import InputError  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MODEL = ROOT / "config/thesis/levitation_model.yaml"
+DROP = ROOT / "config/thesis/drop.yaml"
+TABLE = ROOT / "config/thesis/table_4_2"
+
+
+def scenario(tmp_path, text="") -> pathlib.Path:
+    path = tmp_path / "short.yaml"
+    path.write_text("format: amb-scenario/1\nname: short\nduration_s: 0.05\nrecord_rate_hz: 10000.0\n"
+                    "speed: {type: constant, start_hz: 60.0, initial_angle_rad: 0.0}\nexcitations: []\n"
+                    f"faults: []\nstart: settled\n{text}")
+    return path
+
+
+def test_simulate_writes_a_table_and_the_model_beside_it(tmp_path, capsys):
+    out = tmp_path / "run.csv"
+    assert cli.main(["simulate", str(MODEL), "--scenario", str(scenario(tmp_path)), "--out", str(out),
+                     "--json", str(tmp_path / "run.json")]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"report: {out}"
+    names = out.read_text().splitlines()[0].split(",")
+    table = numpy.loadtxt(out, delimiter=",", skiprows=1)
+    assert names[0] == "t_s" and {"ax_m", "iby_A", "aux_ax_m", "normal_force_b_N"} <= set(names)
+    assert table.shape == (501, len(names)) and table[-1, 0] == pytest.approx(0.05)
+    result = json.loads((tmp_path / "run.json").read_text())
+    assert result["status"] == "ok" and result["contacts"] == 0
+    assert core.read_model(str(out) + ".model.yaml").hash == result["model_hash"]
+    assert not list(tmp_path.glob(".*part*"))
+
+
+def test_simulate_npz_holds_the_resolved_model_and_overrides_act(tmp_path):
+    hashes = set()
+    for mass in ("3.36", "4.0"):
+        out = tmp_path / f"run_{mass}.npz"
+        assert cli.main(["simulate", str(MODEL), "--scenario", str(scenario(tmp_path)), "--out", str(out),
+                         "--set", f"rig.rotor.mass_kg={mass}"]) == 0
+        with numpy.load(out) as file:
+            model = core.parse_model(str(file["model"]), "npz")
+            assert model.fields["rig.rotor.mass_kg"] == float(mass)
+            assert model.hash == str(file["model_hash"])
+            hashes.add(model.hash)
+    assert len(hashes) == 2
+
+
+@pytest.mark.parametrize("arguments, complaint", [
+    (["--set", "rig.rotor.mas_kg=3"], "rig.rotor.mass_kg"),
+    (["--out", "run.bag"], ".npz"),
+    (["--set", "rig.rotor.mass_kg=-1"], "above 0"),
+])
+def test_bad_input_of_simulate_is_one_message(tmp_path, capsys, arguments, complaint):
+    assert cli.main(["simulate", str(MODEL), "--scenario", str(scenario(tmp_path)), *arguments]) == 2
+    message = capsys.readouterr().err
+    assert complaint in message and "Traceback" not in message
+
+
+def test_the_cores_input_error_is_pythons(tmp_path):
+    path = tmp_path / "model.yaml"
+    path.write_text(MODEL.read_text().replace("mass_kg: 3.36 ", "mass_kg: -3 ").replace("kp_A_per_m", "kp_A_m"))
+    with pytest.raises(InputError) as caught:
+        core.read_model(str(path))
+    assert len(caught.value.faults) >= 2 and all(str(path) in fault for fault in caught.value.faults)
+
+
+@pytest.mark.parametrize("path, text", [(MODEL, "amb-model/1"), (DROP, "amb-scenario/1"), (TABLE, "10 measurements of 2"),
+                                        (ROOT / "config/tutorial/measured", "9 runs")])
+def test_check_says_that_a_file_is_valid(capsys, path, text):
+    assert cli.main(["check", str(path)]) == 0
+    assert text in capsys.readouterr().out
+
+
+def test_check_tells_every_fault_with_its_line(tmp_path, capsys):
+    path = scenario(tmp_path, "more: 1\nnonsense: 2\n")
+    assert cli.main(["check", str(path), "--json", str(tmp_path / "c.json")]) == 2
+    message = capsys.readouterr().err
+    assert "more" in message and "nonsense" in message and f"{path}:9" in message
+    assert json.loads((tmp_path / "c.json").read_text())["valid"] is False
+
+
+def test_modes_of_an_equivalent_bearing_are_the_closed_form(tmp_path):
+    model = core.read_modes_dataset(str(TABLE)).belief
+    fields = model.fields
+    stiffness, damping = fields["rig.amb.stiffness_N_per_m"], fields["rig.amb.damping_N_s_per_m"]
+    found = modal.modes(model, 0.0)
+    natural = [math.sqrt(2 * stiffness / fields["rig.rotor.mass_kg"]) / (2 * math.pi),
+               math.sqrt(2 * stiffness * fields["rig.planes.amb.b"] ** 2 / fields["rig.rotor.transverse_inertia_kg_m2"])
+               / (2 * math.pi)]
+    assert modal.distinct([mode.frequency_hz for mode in found], 2) == pytest.approx(natural, rel=1e-6)
+    ratio = 2 * damping / (2 * math.sqrt(2 * stiffness * fields["rig.rotor.mass_kg"]))
+    assert found[0].damping_ratio == pytest.approx(ratio, rel=1e-6) and found[0].whirl == "planar"
+
+
+def test_modes_of_the_sampled_loop_ring_as_the_run_does(tmp_path):
+    """The decay of a push in the event-accurate run has the frequency and damping of the linearised loop."""
+    model = core.read_model(str(MODEL)).with_overrides(["rig.gravity_m_s2=0", "rig.unbalance.0.moment_kg_m=0",
+                                                        "rig.rotor.polar_inertia_kg_m2=0"])
+    push = scenario(tmp_path).read_text().replace("faults: []", "faults: [{type: force_impulse, start_s: 0.001, "
+           "duration_s: 0.001, force_N: 30.0, plane_z_m: 0.0, direction_rad: 0.0}]")
+    columns = core.simulate(model, core.parse_scenario(push, "push"))["columns"]
+    t, x = columns["t_s"], columns["position_ax_m"]
+    late = (t > 0.006) & (t < 0.03)
+    mode = next(mode for mode in modal.modes(model, 60.0) if mode.shape["amb"][0] * mode.shape["amb"][2] != 0)
+    rate, omega = mode.damping_ratio * mode.frequency_hz * 2 * math.pi, mode.damped_frequency_hz * 2 * math.pi
+    basis = numpy.column_stack([numpy.exp(-rate * t[late]) * numpy.cos(omega * t[late]),
+                                numpy.exp(-rate * t[late]) * numpy.sin(omega * t[late])])
+    fitted = basis @ numpy.linalg.lstsq(basis, x[late], rcond=None)[0]
+    # 2 %: the other modes of the loop (filter, amplifier) have not died away completely
+    assert numpy.max(numpy.abs(fitted - x[late])) < 0.02 * numpy.max(numpy.abs(x[late]))
+
+
+def test_gyroscopic_modes_part_into_forward_and_backward():
+    model = core.read_model(str(MODEL))
+    whirls = {mode.whirl: mode.frequency_hz for mode in modal.modes(model, 200.0) if mode.whirl != "planar"}
+    assert whirls["forward"] > whirls["backward"]
+
+
+def test_an_unstable_loop_is_said_to_be(tmp_path, capsys):
+    assert cli.main(["margins", str(MODEL), "--set", "rig.controller.kd_A_s_per_m=0", "--out", str(tmp_path)]) == 1
+    assert "NOT STABLE" in capsys.readouterr().out
+
+
+def test_margins_campbell_and_critical_speeds(tmp_path, capsys):
+    assert cli.main(["margins", str(MODEL), "--out", str(tmp_path), "--json", str(tmp_path / "m.json")]) == 0
+    margins = json.loads((tmp_path / "m.json").read_text())
+    assert margins["zone"] == "A" and 1.0 < margins["peak"] < 3.0 and len(margins["loops"]) == 4
+    assert cli.main(["campbell", str(MODEL), "--points", "5", "--out", str(tmp_path), "--json", "-"]) == 0
+    assert (tmp_path / "campbell.png").stat().st_size > 10000
+    assert cli.main(["critical-speeds", str(MODEL), "--json", str(tmp_path / "k.json")]) == 0
+    found = json.loads((tmp_path / "k.json").read_text())["critical_speeds"]
+    for one in found:
+        frequencies = [mode.damped_frequency_hz for mode in modal.modes(core.read_model(str(MODEL)), one["speed_hz"])]
+        assert min(abs(value - one["speed_hz"]) for value in frequencies) < 1e-3
+    assert {one["whirl"] for one in found} == {"planar", "backward", "forward"}
+    capsys.readouterr()
+
+
+def test_modes_json_has_the_fields_that_others_rely_on(tmp_path):
+    assert cli.main(["modes", str(MODEL), "--speed", "0", "--speed", "100", "--json", str(tmp_path / "m.json")]) == 0
+    speeds = json.loads((tmp_path / "m.json").read_text())["speeds"]
+    assert [row["speed_hz"] for row in speeds] == [0.0, 100.0]
+    assert {"frequency_hz", "damping_ratio", "whirl"} <= set(speeds[1]["modes"][0])

@@ -1,0 +1,148 @@
+"""compare, diagnose, adopt on the command line, and measured modes."""
+from __future__ import annotations
+
+import json
+import math
+import pathlib
+import shutil
+
+import pytest
+import yaml
+
+core = pytest.importorskip("amb_rotor._core")
+
+from amb_rotor import cli  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MEASURED = ROOT / "config/tutorial/measured"
+TABLE = ROOT / "config/thesis/table_4_2"
+
+
+def test_compare_has_the_fields_that_others_rely_on(chain):
+    runs = {run["id"] for run in core.read_dataset(str(MEASURED)).runs}
+    assert set(chain.before["by_run"]) == runs
+    assert set(chain.before["by_channel"]) == {"ax", "ay", "bx", "by", "iax", "iay", "ibx", "iby"}
+    assert {"1", "-1"} <= set(chain.before["by_harmonic"])
+    assert {"speed_hz", "error"} == set(chain.before["by_speed"][0])
+    assert chain.before["error_contact"] is None and chain.before["noise_floor"] == 1
+    # runs weigh equally
+    errors = chain.before["by_run"].values()
+    assert chain.before["error"] == pytest.approx(math.sqrt(sum(e * e for e in errors) / len(errors)), rel=1e-6)
+
+
+def test_the_error_falls_to_the_floor(chain):
+    assert chain.before["validation"]["error"] > 2.0
+    assert chain.after["validation"]["error"] < 1.05
+    assert chain.after["error"] < 1.05
+
+
+def test_the_diagnosis_is_as_the_format_says(chain):
+    diagnosis = chain.diagnosis
+    assert diagnosis["format"] == "amb-diagnosis/1" and diagnosis["verdict"] == "effect"
+    assert diagnosis == json.loads((chain.folder / "diagnosis" / "diagnosis.json").read_text())
+    assert [step["added"] for step in diagnosis["steps"]] == ["cross_coupled_stiffness"]
+    assert diagnosis["ranking"][0]["effect"] == "cross_coupled_stiffness"
+    for row in diagnosis["ranking"]:
+        assert {"effect", "parameters", "fit_error", "validation_error", "validation_error_free",
+                "validation_error_contact", "evidence", "confounded_with"} <= set(row)
+    stiffness = diagnosis["steps"][0]["parameters"]["stiffness_N_per_m"]
+    assert stiffness["unit"] == "N/m" and stiffness["std"] > 0
+    assert {"fit_error", "validation_error", "validation_error_free", "validation_error_contact",
+            "nuisance"} <= set(diagnosis["baseline"])
+
+
+def test_adopt_writes_the_model_and_its_history(chain):
+    model = core.read_model(str(chain.folder / "models" / "model.yaml"))
+    parent = core.read_dataset(str(MEASURED)).belief
+    revision = yaml.safe_load(model.revision)
+    assert [effect["effect"] for effect in model.effects] == ["cross_coupled_stiffness"]
+    assert revision["parent"] == parent.hash and revision["hash"] == model.hash
+    assert revision["after"]["validation_error"] < revision["before"]["validation_error"]
+    assert set(revision["errors_by_run"]["after"]) == set(chain.before["by_run"])
+    ledger = yaml.safe_load((chain.folder / "models" / "revisions.yaml").read_text())
+    assert ledger["format"] == "amb-revisions/1"
+    assert [row["hash"] for row in ledger["revisions"]] == [parent.hash, model.hash]
+    assert model.fields["rig.rotor.mass_kg"] != parent.fields["rig.rotor.mass_kg"]  # refitted with it
+
+
+def test_a_second_adoption_is_a_line_more_in_the_ledger(chain, tmp_path):
+    shutil.copytree(chain.folder / "models", tmp_path / "models")
+    out = tmp_path / "models" / "again.yaml"
+    assert cli.main(["adopt", str(chain.folder / "diagnosis"), "--out", str(out)]) == 0
+    ledger = yaml.safe_load((tmp_path / "models" / "revisions.yaml").read_text())["revisions"]
+    assert [row.get("file") for row in ledger] == [None, "model.yaml", "again.yaml"]
+
+
+@pytest.mark.parametrize("effect, complaint", [("shaft_crack", "not in the ranking"), ("nonsense", "not in the ranking")])
+def test_only_what_is_ranked_can_be_adopted(chain, tmp_path, capsys, effect, complaint):
+    out = tmp_path / "model.yaml"
+    assert cli.main(["adopt", str(chain.folder / "diagnosis"), "--effect", effect, "--out", str(out)]) == 2
+    assert complaint in capsys.readouterr().err and not out.exists()
+
+
+def test_nothing_to_adopt_is_said(chain, tmp_path, capsys):
+    shutil.copytree(chain.folder / "diagnosis", tmp_path / "none")
+    path = tmp_path / "none" / "diagnosis.json"
+    path.write_text(json.dumps({**chain.diagnosis, "verdict": "none", "steps": [], "ranking": []}))
+    assert cli.main(["adopt", str(tmp_path / "none"), "--out", str(tmp_path / "m.yaml")]) == 2
+    assert "nothing to adopt" in capsys.readouterr().err
+
+
+def test_a_folder_with_other_things_is_not_overwritten(tmp_path, capsys):
+    (tmp_path / "precious.txt").write_text("mine")
+    assert cli.main(["diagnose", str(MEASURED), "--out", str(tmp_path)]) == 2
+    assert "holds other things" in capsys.readouterr().err and (tmp_path / "precious.txt").exists()
+
+
+@pytest.mark.parametrize("arguments, complaint", [
+    (["compare", "nowhere"], "nowhere"),
+    (["compare", "a", "b", "c"], "at most"),
+    (["diagnose", str(MEASURED), "--effect", "nonsense"], "nonsense"),
+    (["diagnose", str(TABLE)], "modes"),
+])
+def test_bad_input_is_one_message(tmp_path, monkeypatch, capsys, arguments, complaint):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(arguments) == 2
+    message = capsys.readouterr().err
+    assert complaint in message and "Traceback" not in message
+
+
+def test_ctrl_c_in_a_callback_ends_the_long_call():
+    dataset = core.read_dataset(str(MEASURED))
+
+    def stop(_share, _text):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        core.compare(dataset.belief, dataset, progress=stop)
+
+
+# ---- measured modes
+def compare_modes(tmp_path, *arguments) -> tuple[int, dict]:
+    path = tmp_path / "modes.json"
+    status = cli.main(["compare", *arguments, str(TABLE), "--out", str(tmp_path / "modes"), "--json", str(path)])
+    return status, json.loads(path.read_text())
+
+
+def test_the_rigid_beam_fails_in_the_conical_mode_most_at_the_highest_gain(tmp_path):
+    status, result = compare_modes(tmp_path)
+    assert status == 0
+    difference = [row[1] for row in result["as_believed"]["difference_hz"]]
+    assert 1.0 < min(map(abs, difference)) and 8.0 < max(map(abs, difference)) < 9.0
+    points = core.read_modes_dataset(str(TABLE)).points
+    gains = [point["condition"][0] for point in points]
+    assert max(range(10), key=lambda i: abs(difference[i])) == gains.index(max(gains))
+    assert "mode 2" in result["worst"] and f"{max(gains):g}" in result["worst"]
+
+
+def test_fitting_helps_held_out_gains_but_something_stays(tmp_path):
+    _, result = compare_modes(tmp_path)
+    assert result["validation_error"] < 0.8 * result["as_believed"]["validation_error"]
+    assert result["validation_error"] > 1.5
+    assert {"rotor.mass_kg", "planes.amb.a", "rotor.transverse_inertia_kg_m2"} <= set(result["nuisance"])
+    assert (tmp_path / "modes" / "report.html").is_file()
+
+
+def test_the_limit_decides_the_exit_status(tmp_path):
+    assert compare_modes(tmp_path, "--limit", "1.0", "-")[0] == 1
+    assert compare_modes(tmp_path, "--limit", "5.0", "-")[0] == 0
