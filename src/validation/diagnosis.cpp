@@ -88,6 +88,7 @@ Trial Diagnoser::fitEffects(const Settings& effects, const Eigen::VectorXd* nuis
   Trial trial;
   trial.space = std::make_shared<FitSpace>(belief_, effects);
   trial.local = local;
+  for (auto& state : trial.local) state.angle_searches = 0;
   Eigen::VectorXd start = trial.space->start();
   if (nuisance != nullptr) start.head(nuisance->size()) = *nuisance;
   const FitProblem problem(recordings_, *trial.space, offset_std_);

@@ -13,6 +13,8 @@ namespace {
 constexpr double score_block_s = 0.05;
 /// Angles tried at standstill.
 constexpr int angle_grid = 16;
+/// How often that is done before the angle only moves with the fit.
+constexpr int most_angle_searches = 4;
 constexpr double angle_step = 0.01;
 
 double sumOfSquares(const Recording& rec, const std::vector<double>& out) {
@@ -46,23 +48,28 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const std::size_t width = static_cast<std::size_t>(n) * predicted_channels;
   const bool angle = rec.standstill && dependsOnAngle(models[0]);
 
-  if (angle && !local.angle_known) {  // the whole turn on a grid, once
-    std::vector<std::vector<double>> outs(angle_grid, std::vector<double>(width));
-    std::vector<LaneJob> jobs;
-    for (int k = 0; k < angle_grid; ++k) {
-      jobs.push_back(jobOf(rec, models[0], two_pi * k / angle_grid));
-      jobs.back().out = outs[k].data();
-    }
-    predict(stretch, jobs);
-    double best = 1e300;
-    for (int k = 0; k < angle_grid; ++k) {
-      const double sum = jobs[k].finite ? sumOfSquares(rec, outs[k]) : 1e300;
-      if (sum < best) {
-        best = sum;
-        local.angle_rad = two_pi * k / angle_grid;
+  if (angle && local.angle_searches < most_angle_searches) {
+    // the whole turn on a grid, then finely about the best; again while the model still moves
+    ++local.angle_searches;
+    double best = 1e300, from = 0.0, spacing = two_pi / angle_grid;
+    for (int level = 0; level < 2; ++level) {
+      std::vector<std::vector<double>> outs(angle_grid, std::vector<double>(width));
+      std::vector<LaneJob> jobs;
+      for (int k = 0; k < angle_grid; ++k) {
+        jobs.push_back(jobOf(rec, models[0], from + spacing * k));
+        jobs.back().out = outs[k].data();
       }
+      predict(stretch, jobs);
+      for (int k = 0; k < angle_grid; ++k) {
+        const double sum = jobs[k].finite ? sumOfSquares(rec, outs[k]) : 1e300;
+        if (sum < best) {
+          best = sum;
+          local.angle_rad = from + spacing * k;
+        }
+      }
+      from = local.angle_rad - spacing;
+      spacing *= 2.0 / (angle_grid - 1);
     }
-    local.angle_known = true;
   }
 
   // lanes: base, one for each coordinate, one for the angle

@@ -35,7 +35,7 @@ struct NormalEquations {
 
 /// What belongs to one recording only and is kept from one evaluation to the next.
 struct LocalState {
-  bool angle_known = false;
+  int angle_searches = 0;                ///< over the whole turn, so far
   double angle_rad = 0.0;                ///< at standstill
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
   double offset_m[4] = {0, 0, 0, 0}, drift_m[4] = {0, 0, 0, 0};  ///< drift: over the whole run
