@@ -1,0 +1,91 @@
+// Made data sets: they read without faults, come again for a seed, and the fast path predicts their truth at the noise.
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "amb_rotor/validation/compare.hpp"
+#include "amb_rotor/validation/make_dataset.hpp"
+#include "amb_rotor/validation/recording.hpp"
+#include "model_test_support.hpp"
+
+namespace amb_rotor {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace model_test;
+
+/// Where a test's data sets live; gone with the test.
+class MakeDataset : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("amb_rotor_made_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string folder(const std::string& name) const { return (folder_ / name).string(); }
+
+  fs::path folder_;
+};
+
+TEST_F(MakeDataset, readsWithoutFaultsAndItsTruthPredictsItAtTheNoise) {
+  const MadeDataset made = makeDataset({11, {"cross_coupled_stiffness"}, 8.0, false, folder("a")});
+  EXPECT_EQ(made.verdict, "effect");
+  EXPECT_GT(made.difference, 4.0);
+  const Dataset dataset = readDataset(folder("a"));
+  EXPECT_EQ(dataset.runs.size(), 12u);
+  for (const Recording& recording : prepareRecordings(dataset))
+    EXPECT_TRUE(recording.remarks.empty()) << recording.run.id << ": " << recording.remarks.front();
+  for (const auto& [run, floor] : made.floor) EXPECT_NEAR(floor, 1.0, 0.06) << run;
+  CompareOptions options;
+  options.refit = false;  // the truth needs none; offsets and drift are always estimated
+  const Comparison true_model = compare(made.truth, dataset, options);
+  // the generator and the fast path are different codes: what parts them must stay below the noise
+  constexpr double floor_margin = 0.06;
+  for (const auto& [run, error] : true_model.errors.by_run) EXPECT_NEAR(error, made.floor.at(run), floor_margin) << run;
+  const Comparison belief = compare(dataset.belief, dataset, options);
+  EXPECT_GT(belief.errors.error, 2.0);
+}
+
+TEST_F(MakeDataset, isTheSameForASeed) {
+  const MakeDatasetOptions options{5, {"none"}, 0.0, false, folder("a")};
+  MakeDatasetOptions again = options;
+  again.out = folder("b");
+  makeDataset(options);
+  makeDataset(again);
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder("a"))) {
+    if (!entry.is_regular_file()) continue;
+    ++files;
+    const auto other = fs::path(folder("b")) / fs::relative(entry.path(), folder("a"));
+    EXPECT_EQ(readTextFile(entry.path().string()), readTextFile(other.string())) << entry.path();
+  }
+  EXPECT_EQ(files, 14);
+}
+
+TEST_F(MakeDataset, contactRunsTouchAndALawOfNoCatalogueIsUnknown) {
+  const MadeDataset made = makeDataset({3, {"cubic_stiffness"}, 5.0, true, folder("a")});
+  EXPECT_EQ(made.verdict, "unknown");
+  EXPECT_EQ(made.depends_on, std::vector<std::string>{"position"});
+  EXPECT_TRUE(made.truth.effects.empty());
+  const Dataset dataset = readDataset(folder("a"));
+  EXPECT_EQ(dataset.runs.size(), 16u);
+  const Run* drop = dataset.findRun("drop_1");
+  ASSERT_NE(drop, nullptr);
+  ASSERT_EQ(drop->events.size(), 1u);
+  EXPECT_FALSE(drop->events[0].amb_on);
+  for (const char* id : {"rub_1", "drop_1"}) {
+    const RunTable table = readRun(dataset, *dataset.findRun(id));
+    double far = 0.0;
+    for (std::size_t i = 0; i < table.time_s.size(); ++i)
+      far = std::max(far, std::hypot(table.displacement_m[0][i], table.displacement_m[1][i]));
+    EXPECT_GT(far, 0.5 * dataset.belief.rig.auxiliary_bearing.clearance_m) << id;
+  }
+}
+
+TEST_F(MakeDataset, refusesWhatItDoesNotKnow) {
+  EXPECT_THROW(makeDataset({1, {"sensor_runnout"}, 0.0, false, folder("a")}), InputError);
+}
+
+}  // namespace
+}  // namespace amb_rotor
