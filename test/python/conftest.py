@@ -1,32 +1,54 @@
-"""The chain compare, diagnose, adopt, run once for all tests that look at it."""
+"""The commands of doc/tutorial.md, run once for all tests that look at what they do."""
 from __future__ import annotations
 
+import contextlib
+import io
 import json
+import os
 import pathlib
+import re
+import shlex
 import types
 
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-MEASURED = ROOT / "config/tutorial/measured"
+
+
+def tutorial_steps() -> list[tuple[str, list[str]]]:
+    """Each command of the tutorial with the lines that the text says it prints."""
+    text = (ROOT / "doc" / "tutorial.md").read_text()
+    steps: list[tuple[str, list[str]]] = []
+    for language, body in re.findall(r"^```(sh|text)\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        if language == "sh":
+            steps += [(line, []) for line in body.splitlines()]
+        else:
+            steps[-1][1].extend(body.splitlines())
+    return steps
 
 
 @pytest.fixture(scope="session")
 def chain(tmp_path_factory):
-    """Folders and results of: compare; diagnose with three candidates; adopt; compare with what was adopted."""
+    """What the tutorial's commands printed and wrote, by subcommand and turn: chain.json["compare", 1]."""
     pytest.importorskip("amb_rotor._core")
     from amb_rotor import cli
-    folder = tmp_path_factory.mktemp("chain")
-
-    def run(*arguments: str) -> dict:
-        path = folder / f"{arguments[0]}_{len(list(folder.glob('*.json')))}.json"
-        assert cli.main([*arguments, "--json", str(path)]) == 0
-        return json.loads(path.read_text())
-
-    before = run("compare", "-", str(MEASURED), "--out", str(folder / "before"))
-    diagnosis = run("diagnose", str(MEASURED), "--quick", "--steps", "1", "--effect", "cross_coupled_stiffness",
-                    "--effect", "sensor_runout", "--effect", "auxiliary_bearing_misalignment",
-                    "--out", str(folder / "diagnosis"))
-    adopted = run("adopt", str(folder / "diagnosis"), "--out", str(folder / "models" / "model.yaml"))
-    after = run("compare", str(folder / "models" / "model.yaml"), str(MEASURED), "--out", str(folder / "after"))
-    return types.SimpleNamespace(folder=folder, before=before, diagnosis=diagnosis, adopted=adopted, after=after)
+    folder = tmp_path_factory.mktemp("tutorial")
+    (folder / "config").symlink_to(ROOT / "config")
+    result = types.SimpleNamespace(folder=folder, json={}, status={}, printed={})
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        for index, (command, _) in enumerate(tutorial_steps()):
+            words = shlex.split(command)
+            assert words[0] == "./amb", command
+            path, printed = folder / f"{index}.json", io.StringIO()
+            with contextlib.redirect_stdout(printed):
+                status = cli.main([*words[1:], "--json", str(path)])
+            turn = sum(name == words[1] for name, _ in result.json) + 1
+            result.json[words[1], turn] = json.loads(path.read_text()) if path.exists() else None
+            result.status[command], result.printed[command] = status, printed.getvalue()
+    finally:
+        os.chdir(before)
+    result.before, result.after = result.json["compare", 1], result.json["compare", 2]
+    result.diagnosis, result.adopted = result.json["diagnose", 1], result.json["adopt", 1]
+    return result

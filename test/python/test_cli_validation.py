@@ -39,7 +39,7 @@ def test_the_error_falls_to_the_floor(chain):
 def test_the_diagnosis_is_as_the_format_says(chain):
     diagnosis = chain.diagnosis
     assert diagnosis["format"] == "amb-diagnosis/1" and diagnosis["verdict"] == "effect"
-    assert diagnosis == json.loads((chain.folder / "diagnosis" / "diagnosis.json").read_text())
+    assert diagnosis == json.loads((chain.folder / "out" / "diagnosis" / "diagnosis.json").read_text())
     assert [step["added"] for step in diagnosis["steps"]] == ["cross_coupled_stiffness"]
     assert diagnosis["ranking"][0]["effect"] == "cross_coupled_stiffness"
     for row in diagnosis["ranking"]:
@@ -52,36 +52,37 @@ def test_the_diagnosis_is_as_the_format_says(chain):
 
 
 def test_adopt_writes_the_model_and_its_history(chain):
-    model = core.read_model(str(chain.folder / "models" / "model.yaml"))
+    model = core.read_model(str(chain.folder / "out" / "model.yaml"))
     parent = core.read_dataset(str(MEASURED)).belief
     revision = yaml.safe_load(model.revision)
     assert [effect["effect"] for effect in model.effects] == ["cross_coupled_stiffness"]
     assert revision["parent"] == parent.hash and revision["hash"] == model.hash
     assert revision["after"]["validation_error"] < revision["before"]["validation_error"]
     assert set(revision["errors_by_run"]["after"]) == set(chain.before["by_run"])
-    ledger = yaml.safe_load((chain.folder / "models" / "revisions.yaml").read_text())
+    ledger = yaml.safe_load((chain.folder / "out" / "revisions.yaml").read_text())
     assert ledger["format"] == "amb-revisions/1"
     assert [row["hash"] for row in ledger["revisions"]] == [parent.hash, model.hash]
     assert model.fields["rig.rotor.mass_kg"] != parent.fields["rig.rotor.mass_kg"]  # refitted with it
 
 
 def test_a_second_adoption_is_a_line_more_in_the_ledger(chain, tmp_path):
-    shutil.copytree(chain.folder / "models", tmp_path / "models")
-    out = tmp_path / "models" / "again.yaml"
-    assert cli.main(["adopt", str(chain.folder / "diagnosis"), "--out", str(out)]) == 0
-    ledger = yaml.safe_load((tmp_path / "models" / "revisions.yaml").read_text())["revisions"]
+    out = tmp_path / "again.yaml"
+    for name in ("model.yaml", "revisions.yaml"):
+        shutil.copy(chain.folder / "out" / name, tmp_path)
+    assert cli.main(["adopt", str(chain.folder / "out" / "diagnosis"), "--out", str(out)]) == 0
+    ledger = yaml.safe_load((tmp_path / "revisions.yaml").read_text())["revisions"]
     assert [row.get("file") for row in ledger] == [None, "model.yaml", "again.yaml"]
 
 
 @pytest.mark.parametrize("effect, complaint", [("shaft_crack", "not in the ranking"), ("nonsense", "not in the ranking")])
 def test_only_what_is_ranked_can_be_adopted(chain, tmp_path, capsys, effect, complaint):
     out = tmp_path / "model.yaml"
-    assert cli.main(["adopt", str(chain.folder / "diagnosis"), "--effect", effect, "--out", str(out)]) == 2
+    assert cli.main(["adopt", str(chain.folder / "out" / "diagnosis"), "--effect", effect, "--out", str(out)]) == 2
     assert complaint in capsys.readouterr().err and not out.exists()
 
 
 def test_nothing_to_adopt_is_said(chain, tmp_path, capsys):
-    shutil.copytree(chain.folder / "diagnosis", tmp_path / "none")
+    shutil.copytree(chain.folder / "out" / "diagnosis", tmp_path / "none")
     path = tmp_path / "none" / "diagnosis.json"
     path.write_text(json.dumps({**chain.diagnosis, "verdict": "none", "steps": [], "ranking": []}))
     assert cli.main(["adopt", str(tmp_path / "none"), "--out", str(tmp_path / "m.yaml")]) == 2

@@ -54,7 +54,7 @@ def test_the_browser_draws_a_diagnosis_without_an_error(chain, tmp_path):
         seen["errors_of_plotly"] = driver.execute_script("return document.querySelectorAll('.plotly-notifier').length")
         return seen
 
-    seen, errors = in_browser(chain.folder / "diagnosis" / "report.html", tmp_path / "profile", look)
+    seen, errors = in_browser(chain.folder / "out" / "diagnosis" / "report.html", tmp_path / "profile", look)
     assert not errors
     assert seen["ready"] == "yes" and "cross coupled stiffness" in seen["verdict"]
     assert seen["plots"] >= 10 and seen["drawn"] >= seen["plots"] and seen["empty"] == 0 and seen["axes"] == 0
@@ -72,7 +72,7 @@ def test_a_fault_in_the_page_would_be_seen(tmp_path):
 
 
 def test_the_report_needs_no_network(chain):
-    text = (chain.folder / "before" / "report.html").read_text()
+    text = (chain.folder / "out" / "believed" / "report.html").read_text()
     elements = re.findall(r"""<(?:script|link|img|iframe)[^>]+(?:src|href)\s*=\s*["']([^"']*)""", text)
     assert elements and all(target.startswith("data:") for target in elements)
 

@@ -109,9 +109,20 @@ def _tidy(value):
     return [_tidy(item) for item in value] if isinstance(value, list) else value
 
 
-def run(args) -> int:
+def yaml_text(value) -> str:
+    """YAML for people: in the order given, without anchors."""
     import yaml
+
+    class Dumper(yaml.SafeDumper):
+        def ignore_aliases(self, data):
+            return True
+
+    return yaml.dump(value, Dumper=Dumper, sort_keys=False)
+
+
+def run(args) -> int:
     from amb_rotor import _core
+    from amb_rotor.cli.diagnose import parameter_text
     folder, diagnosis = read_diagnosis(args.diagnosis)
     parent = _core.read_model(str(folder / "model.yaml"))
     if args.effect:
@@ -136,18 +147,17 @@ def run(args) -> int:
         revision["errors_by_run"] = {"before": errors["before"]["errors"]["by_run"],
                                      "after": errors["after"]["errors"]["by_run"]}
     revision = _tidy(revision)
-    model.revision = yaml.safe_dump(revision, sort_keys=False)
+    model.revision = yaml_text(revision)
     out.parent.mkdir(parents=True, exist_ok=True)
     model.write(str(out))
     if not ledger:
         ledger.append({"revision": 0, "hash": parent.hash, "model": parent.name, "after": revision["before"]})
     ledger.append({"revision": len(ledger), "file": out.name, **revision})
-    text = yaml.safe_dump({"format": "amb-revisions/1", "revisions": ledger}, sort_keys=False)
-    common.atomic_write(ledger_path, text)
+    common.atomic_write(ledger_path, yaml_text({"format": "amb-revisions/1", "revisions": ledger}))
     for name, step in steps:
         print(f"added {name}:")
         for parameter, value in step["parameters"].items():
-            print(f"  {parameter} = {value['value']:.6g} +- {value['std']:.2g} {value['unit']}")
+            print(f"  {parameter_text(parameter, value)}")
     before, after = revision["before"]["validation_error"], revision["after"]["validation_error"]
     print(f"error on held-out runs over noise: {before:.3f} -> {after:.3f}; model {parent.hash} -> {model.hash}")
     common.write_json(args, {"model": str(out), "ledger": str(ledger_path), **revision})

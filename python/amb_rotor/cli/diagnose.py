@@ -35,6 +35,12 @@ def revisions_of(diagnosis: dict) -> list[dict]:
     return rows + [{"label": f"+ {step['added']}", **{key: step.get(key) for key in keys}} for step in diagnosis["steps"]]
 
 
+def parameter_text(name: str, value: dict) -> str:
+    """name = value +- std unit; what stays fixed in a fit has no standard deviation."""
+    spread = f" +- {value['std']:.2g}" if value["std"] else " (not fitted)"
+    return f"{name} = {value['value']:.5g}{spread}{'' if value['unit'] == '1' else ' ' + value['unit']}"
+
+
 def print_diagnosis(diagnosis: dict) -> None:
     baseline = diagnosis["baseline"]
     print(f"verdict: {diagnosis['verdict']}")
@@ -44,7 +50,7 @@ def print_diagnosis(diagnosis: dict) -> None:
     for step in diagnosis["steps"]:
         print(f"  + {step['added']}: {step['validation_error']:.3f}")
         for name, value in step["parameters"].items():
-            print(f"      {name} = {value['value']:.5g} +- {value['std']:.2g} {value['unit']}")
+            print(f"      {parameter_text(name, value)}")
     print("ranking                             evidence  held-out error")
     for row in diagnosis["ranking"][:8]:
         remarks = []
@@ -53,7 +59,7 @@ def print_diagnosis(diagnosis: dict) -> None:
         if row["confounded_with"]:
             remarks.append("hardly parted from " + ", ".join(row["confounded_with"]))
         figures = f"{row['evidence']:9.1f} {row['validation_error']:9.3f}" if row["excited"] else f"{'-':>9} {'-':>9}"
-        print(f"  {row['effect']:<32} {figures}  {'; '.join(remarks)}")
+        print(f"  {row['effect']:<32} {figures}  {'; '.join(remarks)}".rstrip())
     unexplained = diagnosis["unexplained"]
     if unexplained["depends_on"]:
         print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}")
