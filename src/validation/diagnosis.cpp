@@ -153,7 +153,8 @@ std::vector<Trial> Diagnoser::screen(const Settings& adopted, const Trial& refer
                                      double from, double to) {
   std::vector<std::string> names = options_.candidates;
   if (names.empty())
-    for (const auto& schema : effectCatalogue().all()) names.push_back(schema.id);
+    for (const auto& schema : effectCatalogue().all())
+      if (!schema.hypothesis) names.push_back(schema.id);
   std::vector<Trial> best;
   const Eigen::VectorXd nuisance = reference.fit.x.head(reference.space->nuisances());
   for (std::size_t n = 0; n < names.size(); ++n) {

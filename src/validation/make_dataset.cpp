@@ -58,29 +58,45 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
   return secret;
 }
 
-/// Noise as stated, with what goes round the loop measured on the machine itself.
-ChannelNoise drawNoise(Dice& dice, const TrueMachine& machine) {
+/// What is measured with, before the machine takes part.
+struct Instruments {
+  double displacement_m, resolution_m, loop_m, current_A;
+};
+
+Instruments drawInstruments(Dice& dice) {
   constexpr double steps_um[] = {0.05, 0.1, 0.2, 0.25};
-  constexpr long samples = 3000;
-  ChannelNoise noise;
-  const double displacement = 1e-8 * std::round(100.0 * dice.uniform(0.3, 0.8));
-  noise.displacement_resolution_m = 1e-6 * steps_um[dice.pick(4)];
-  noise.loop_m = displacement * dice.uniform(0.25, 0.45);
-  const double current = dice.uniform(0.003, 0.007);
-  RunPlan plan;
-  plan.samples = samples;
+  Instruments all;
+  all.displacement_m = 1e-8 * std::round(100.0 * dice.uniform(0.3, 0.8));
+  all.resolution_m = 1e-6 * steps_um[dice.pick(4)];
+  all.loop_m = all.displacement_m * dice.uniform(0.25, 0.45);
+  all.current_A = dice.uniform(0.003, 0.007);
+  return all;
+}
+
+LoopNoise drawLoopNoise(Dice& dice, long samples, double rms_m) {
   LoopNoise loop(samples);
   for (auto& row : loop)
-    for (double& value : row) value = noise.loop_m * dice.normal();
+    for (double& value : row) value = rms_m * dice.normal();
+  return loop;
+}
+
+/// Noise as stated: what goes round the loop is measured on the machine itself.
+ChannelNoise noiseOf(const Instruments& instruments, Dice dice, const TrueMachine& machine) {
+  constexpr long samples = 4000, skipped = 400;
+  ChannelNoise noise;
+  noise.displacement_resolution_m = instruments.resolution_m;
+  noise.loop_m = instruments.loop_m;
+  RunPlan plan;
+  plan.samples = samples;
+  const LoopNoise loop = drawLoopNoise(dice, samples, noise.loop_m);
   const Signals quiet = runMachine(machine, plan, nullptr), loud = runMachine(machine, plan, &loop);
+  const double whole = instruments.displacement_m * instruments.displacement_m;
   for (int c = 0; c < channels; ++c) {
     double sum = 0.0;
-    for (long i = samples / 10; i < samples; ++i) sum += std::pow(loud.rows[c][i] - quiet.rows[c][i], 2);
-    const double looped = std::sqrt(sum / (0.9 * samples));
-    noise.white[c] = c < 4 ? std::sqrt(std::max(0.1 * displacement * displacement,
-                                                displacement * displacement - looped * looped))
-                           : current;
-    noise.stated[c] = std::hypot(noise.white[c], looped);
+    for (long i = skipped; i < samples; ++i) sum += std::pow(loud.rows[c][i] - quiet.rows[c][i], 2);
+    const double looped = sum / (samples - skipped);
+    noise.white[c] = c < 4 ? std::sqrt(std::max(0.1 * whole, whole - looped)) : instruments.current_A;
+    noise.stated[c] = std::sqrt(noise.white[c] * noise.white[c] + looped);
   }
   return noise;
 }
@@ -164,17 +180,18 @@ bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, Tru
     else
       size *= std::clamp(wanted / got, 0.2, 5.0);
   }
-  // some effects have no size of their own, or grow in jumps
-  constexpr double least = 1.5, much_off = 3.0;
-  if (reached < least && best > std::log(much_off)) return false;
-  if (reached <= 0.0) return false;
+  // some effects have no size of their own, or grow in jumps: then what is reached must still be seen
+  constexpr double least = 1.5, much_off = 2.0;
+  if (reached <= 0.0 || (best > std::log(much_off) && reached < wanted) || (best > size_match && reached < least))
+    return false;
   for (const auto& effect : kept.model.effects) machine.model.effects.push_back(effect);
   if (kept.law.law != Law::none) machine.law = kept.law;
   return true;
 }
 
 /// Tries one rig. False: it does not carry what is to be hidden.
-bool tryRig(Dice& dice, const Secret& secret, const std::string& folder, std::uint64_t seed, MadeDataset& made) {
+bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& folder, std::uint64_t seed,
+            MadeDataset& made) {
   const auto hides = [&](const char* id) {
     return std::find(secret.effects.begin(), secret.effects.end(), id) != secret.effects.end();
   };
@@ -185,10 +202,12 @@ bool tryRig(Dice& dice, const Secret& secret, const std::string& folder, std::ui
   const double top = topSpeedHz(made.belief);
   if (!isStable({made.belief, {}}, top) || !isStable(machine, top)) return false;
   const bool strong = hides("magnetic_nonlinearity") || hides("magnetic_saturation");
-  std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, strong ? 1.4 : 1.0);
+  std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, strong ? std::min(1.4 + 0.1 * attempt, 2.5) : 1.0);
   if (!makeRubsTouch(machine, plans)) return false;
-  const ChannelNoise noise = drawNoise(dice, machine);
-  const Bench bench(machine.model, plans, noise);
+  const Instruments instruments = drawInstruments(dice);
+  const Dice noise_dice = dice;
+  const ChannelNoise bare_noise = noiseOf(instruments, noise_dice, machine);
+  const Bench bench(machine.model, plans, bare_noise);
   if (!bench.bareIsSound()) return false;
   const Model truth = machine.model;
   for (std::size_t i = 0; i < secret.effects.size(); ++i) {
@@ -211,11 +230,10 @@ bool tryRig(Dice& dice, const Secret& secret, const std::string& folder, std::ui
   made.difference = clean ? 0.0 : bench.difference(machine, true);
   if (made.difference < 0.0) return false;
 
+  const ChannelNoise noise = noiseOf(instruments, noise_dice, machine);  // an effect may leave less damping
   std::filesystem::create_directories(folder + "/runs");
   for (const auto& plan : plans) {
-    LoopNoise loop(plan.samples);
-    for (auto& row : loop)
-      for (double& value : row) value = noise.loop_m * dice.normal();
+    const LoopNoise loop = drawLoopNoise(dice, plan.samples, noise.loop_m);
     const Signals signals = runMachine(machine, plan, &loop), quiet = runMachine(machine, plan, nullptr);
     if (!signals.sound || static_cast<long>(signals.angle.size()) != plan.samples) return false;
     if (!plan.run.holdsContact() && signals.touched) return false;
@@ -240,7 +258,7 @@ MadeDataset makeDataset(const MakeDatasetOptions& options) {
   const Secret secret = drawSecret(dice, options);
   MadeDataset made;
   for (int i = 0; i < most_rigs; ++i)
-    if (tryRig(dice, secret, options.out, options.seed, made)) return made;
+    if (tryRig(dice, secret, i, options.out, options.seed, made)) return made;
   std::string names = secret.law;
   for (const auto& id : secret.effects) names += (names.empty() ? "" : ", ") + id;
   throw InputError({{"", 0, "effect", names,

@@ -9,6 +9,7 @@
 #include "amb_rotor/effects/cross_coupled_stiffness.hpp"
 #include "amb_rotor/effects/current_saturation.hpp"
 #include "amb_rotor/effects/eddy_current_lag.hpp"
+#include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/effects/foundation_resonance.hpp"
 #include "amb_rotor/effects/gyroscopic_coupling.hpp"
 #include "amb_rotor/effects/hertzian_contact.hpp"
@@ -43,7 +44,7 @@ using All = EffectList<SensorAxisRotation, SensorRunout, SensorGainError, Couple
                        MotorMagneticPull, FoundationResonance, MagneticNonlinearity, MagneticSaturation,
                        CurrentSaturation, AmplifierLag, ControlDelay, EddyCurrentLag, AuxiliaryBearingMisalignment,
                        HertzianContact, CompliantMount, VelocityDependentFriction, InnerRingSpin, SpinDrag, ShaftCrack,
-                       ShaftFlexibility>;
+                       ShaftFlexibility, ForceLaw>;
 
 /// Place of an effect in the order in which they act; -1: unknown.
 template <class F>

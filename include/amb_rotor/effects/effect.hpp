@@ -70,6 +70,7 @@ struct BearingSite {
   int end;                  ///< 0 a, 1 b
   Vec2<S> position;         ///< [m], relative to the stator
   Vec2<S> velocity;         ///< [m/s]
+  Vec2<S> current;          ///< that makes the force [A]
   S net_stiffness = S(0.0);     ///< Ki kp - Ks, or the equivalent stiffness [N/m]
 };
 

@@ -190,7 +190,8 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
 
   for (int end = 0; end < 2; ++end) {
     BearingSite<S> site{&rig_, &shaft, end, rotor_.at(plane_amb + end, q) - stator,
-                        rotor_.at(plane_amb + end, v) - stator_velocity, net_stiffness_};
+                        rotor_.at(plane_amb + end, v) - stator_velocity, in.force_current[end],
+                        net_stiffness_};
     Vec2<S> force = magneticForce(in.force_current[end], site.position, site.velocity);
     for (const auto* effect : bearing_) effect->bearingForce(site, force);
     force = {force.x * in.bearing_on[end].x, force.y * in.bearing_on[end].y};
