@@ -32,8 +32,8 @@ inline pybind11::array_t<double> ownedArray(std::vector<double>&& values,
   return pybind11::array_t<double>(shape, kept->data(), owner);
 }
 
-/// Calls a Python function(share, text) from C++ that runs without the GIL, and throws where Ctrl-C was pressed.
-/// At most every 50 ms, and when all is done.
+/// Calls a Python function(share, text) from C++ that runs without the GIL, and throws where Ctrl-C was
+/// pressed. At most every 50 ms, and when all is done.
 class PythonProgress {
  public:
   explicit PythonProgress(pybind11::object callback) : callback_(std::move(callback)) {}

@@ -41,9 +41,11 @@ void bindAnalysis(py::module_& m) {
           px.push_back(point.x);
           py_.push_back(point.y);
         }
-        return py::make_tuple(ownedArray(std::move(pt)), ownedArray(std::move(px)), ownedArray(std::move(py_)));
+        return py::make_tuple(ownedArray(std::move(pt)), ownedArray(std::move(px)),
+                              ownedArray(std::move(py_)));
       },
-      py::arg("time"), py::arg("angle"), py::arg("x"), py::arg("y"), "Times, x and y once a turn, at angle 0.");
+      py::arg("time"), py::arg("angle"), py::arg("x"), py::arg("y"),
+      "Times, x and y once a turn, at angle 0.");
   m.def(
       "full_spectrum",
       [](const Column& x, const Column& y, double sample_rate_hz, std::size_t segment_length) {

@@ -69,7 +69,8 @@ Model withEffect(Model model, const std::string& id, const std::map<std::string,
       setting.values.push_back(found->second);
   }
   for (const auto& [name, value] : parameters)
-    if (schema.indexOf(name) < 0) faults.push_back({"", 0, "effects." + id + "." + name, "", "no such parameter"});
+    if (schema.indexOf(name) < 0)
+      faults.push_back({"", 0, "effects." + id + "." + name, "", "no such parameter"});
   if (!faults.empty()) throw InputError(faults);
   auto& effects = model.effects;
   for (std::size_t i = effects.size(); i-- > 0;)
@@ -93,7 +94,8 @@ void bindModel(py::module_& m) {
       .def_readwrite("name", &Model::name)
       .def_readwrite("revision", &Model::revision)
       .def_readonly("uncertainty", &Model::uncertainty)
-      .def_property_readonly("rotor_model", [](const Model& model) { return rotorModelName(model.rotor_model); })
+      .def_property_readonly("rotor_model",
+                             [](const Model& model) { return rotorModelName(model.rotor_model); })
       .def_property_readonly("amb_model", [](const Model& model) { return ambModelName(model.amb_model); })
       .def_property_readonly("effects", &effectList)
       .def_property_readonly("text", [](const Model& model) { return modelText(model, effectCatalogue()); })
@@ -112,11 +114,17 @@ void bindModel(py::module_& m) {
            })
       .def("with_effect", &withEffect, py::arg("effect"), py::arg("parameters"))
       .def("without_effect", &withoutEffect, py::arg("effect"))
-      .def("write", [](const Model& model, const std::string& path) { writeModel(model, effectCatalogue(), path); });
-  m.def("read_model", [](const std::string& path) { return readModel(path, effectCatalogue()); }, py::arg("path"));
-  m.def("parse_model",
-        [](const std::string& text, const std::string& name) { return parseModel(text, name, effectCatalogue()); },
-        py::arg("text"), py::arg("name"));
+      .def("write",
+           [](const Model& model, const std::string& path) { writeModel(model, effectCatalogue(), path); });
+  m.def(
+      "read_model", [](const std::string& path) { return readModel(path, effectCatalogue()); },
+      py::arg("path"));
+  m.def(
+      "parse_model",
+      [](const std::string& text, const std::string& name) {
+        return parseModel(text, name, effectCatalogue());
+      },
+      py::arg("text"), py::arg("name"));
   m.def("effect_catalogue", [] {
     py::list all;
     for (const auto& schema : effectCatalogue().all()) all.append(schemaDict(schema));

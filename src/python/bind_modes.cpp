@@ -1,11 +1,12 @@
-// amb_rotor._core: a machine linearised about its centre, for modes, maps and margins (amb_rotor/modal.py closes the
-// sampled loop).
+// amb_rotor._core: a machine linearised about its centre, for modes, maps and margins (amb_rotor/modal.py
+// closes the sampled loop).
 //
 //   x' = A x + B i_force,   s = C x
 //   x        mechanics of machine/machine.hpp   i_force  ax, ay, bx, by [A]   s  sensors' signals [m]
 //
-// Central differences of the machine's own equations, so every effect is in. What depends on the shaft's angle (a
-// crack) enters by its mean over a turn. Left out: contact; the static position under gravity or load.
+// Central differences of the machine's own equations, so every effect is in. What depends on the shaft's
+// angle (a crack) enters by its mean over a turn. Left out: contact; the static position under gravity or
+// load.
 #include <Eigen/Core>
 
 #include "amb_rotor/common/units.hpp"
@@ -53,7 +54,8 @@ class Probe {
     Vec2<double> signal[2];
     machine_.signals(shaft_, state.data(), signal);
     for (int e = 0; e < 2; ++e) {
-      const Vec2<double> all[4] = {signal[e], seen.sensor_position[e], seen.amb_position[e], seen.aux_position[e]};
+      const Vec2<double> all[4] = {signal[e], seen.sensor_position[e], seen.amb_position[e],
+                                   seen.aux_position[e]};
       for (int k = 0; k < 4; ++k) {
         out[n + 4 * k + 2 * e] = all[k].x;
         out[n + 4 * k + 2 * e + 1] = all[k].y;
@@ -76,8 +78,9 @@ LinearParts linearise(const Machine<double>& machine, double speed_hz) {
   for (int k = 0; k < angles_a_turn; ++k) {
     probe.at(two_pi * k / angles_a_turn);
     for (int j = 0; j < n + 4; ++j) {
-      const double step = j >= n ? current_step_A : j >= coordinates && j < 2 * coordinates ? velocity_step_m_s
-                                                                                            : displacement_step_m;
+      const double step = j >= n                                    ? current_step_A
+                          : j >= coordinates && j < 2 * coordinates ? velocity_step_m_s
+                                                                    : displacement_step_m;
       Eigen::VectorXd side[2];
       for (int sign = 0; sign < 2; ++sign) {
         std::vector<double> state(static_cast<std::size_t>(n), 0.0);
@@ -89,8 +92,8 @@ LinearParts linearise(const Machine<double>& machine, double speed_hz) {
       slopes.col(j) += (side[1] - side[0]) / (2.0 * step * angles_a_turn);
     }
   }
-  return {slopes.topLeftCorner(n, n),       slopes.topRightCorner(n, 4),   slopes.block(n, 0, 4, n),
-          slopes.block(n + 4, 0, 4, n),     slopes.block(n + 8, 0, 4, n),  slopes.block(n + 12, 0, 4, n)};
+  return {slopes.topLeftCorner(n, n),   slopes.topRightCorner(n, 4),  slopes.block(n, 0, 4, n),
+          slopes.block(n + 4, 0, 4, n), slopes.block(n + 8, 0, 4, n), slopes.block(n + 12, 0, 4, n)};
 }
 
 }  // namespace

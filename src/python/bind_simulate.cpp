@@ -11,7 +11,8 @@ constexpr const char* axes[4] = {"ax", "ay", "bx", "by"};
 constexpr const char* ends[2] = {"a", "b"};
 
 template <std::size_t n>
-void put(py::dict& d, const std::string& head, const std::string& unit, std::array<std::vector<double>, n>& rows) {
+void put(py::dict& d, const std::string& head, const std::string& unit,
+         std::array<std::vector<double>, n>& rows) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::string name = head + (n == 4 ? axes[i] : ends[i]) + "_" + unit;
     d[py::str(name)] = ownedArray(std::move(rows[i]));
@@ -42,7 +43,9 @@ py::dict asDict(Simulation&& simulation) {
   d["columns"] = columns;
   d["contacts"] = contacts;
   d["clearance_m"] = t.clearance_m;
-  d["status"] = outcome.status == RunStatus::ok ? "ok" : outcome.status == RunStatus::diverged ? "diverged" : "failed";
+  d["status"] = outcome.status == RunStatus::ok         ? "ok"
+                : outcome.status == RunStatus::diverged ? "diverged"
+                                                        : "failed";
   d["reason"] = outcome.reason;
   d["time_s"] = outcome.time_s;
   d["steps"] = outcome.steps;

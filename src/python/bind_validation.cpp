@@ -158,7 +158,8 @@ py::list runList(const Dataset& dataset) {
 
 py::dict tableDict(const Dataset& dataset, const std::string& id) {
   const Run* run = dataset.findRun(id);
-  if (run == nullptr) throw InputError({{datasetFile(dataset.folder), 0, "runs", id, "there is no such run"}});
+  if (run == nullptr)
+    throw InputError({{datasetFile(dataset.folder), 0, "runs", id, "there is no such run"}});
   RunTable table = readRun(dataset, *run);
   static const char* axes[4] = {"ax", "ay", "bx", "by"};
   py::dict d;
@@ -166,8 +167,10 @@ py::dict tableDict(const Dataset& dataset, const std::string& id) {
   if (!table.tacho.empty()) d["tacho"] = ownedArray(std::move(table.tacho));
   for (int a = 0; a < 4; ++a) {
     const std::string axis = axes[a];
-    if (!table.displacement_m[a].empty()) d[py::str(axis + "_m")] = ownedArray(std::move(table.displacement_m[a]));
-    if (!table.current_A[a].empty()) d[py::str("i" + axis + "_A")] = ownedArray(std::move(table.current_A[a]));
+    if (!table.displacement_m[a].empty())
+      d[py::str(axis + "_m")] = ownedArray(std::move(table.displacement_m[a]));
+    if (!table.current_A[a].empty())
+      d[py::str("i" + axis + "_A")] = ownedArray(std::move(table.current_A[a]));
     if (!table.excitation_A[a].empty())
       d[py::str("exc_" + axis + "_A")] = ownedArray(std::move(table.excitation_A[a]));
   }
@@ -250,7 +253,8 @@ void bindValidation(py::module_& m) {
         return py::make_tuple(diagnosisDict(diagnosis), diagnosis.adopted);
       },
       py::arg("model"), py::arg("dataset"), py::arg("candidates") = std::vector<std::string>(),
-      py::arg("quick") = false, py::arg("threads") = 0, py::arg("most_steps") = 3, py::arg("progress") = py::none(),
+      py::arg("quick") = false, py::arg("threads") = 0, py::arg("most_steps") = 3,
+      py::arg("progress") = py::none(),
       "The diagnosis as of amb-diagnosis/1, and the model with all its steps.");
 }
 
