@@ -2,12 +2,14 @@
 #include <sstream>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/machine/model_loading.hpp"
 #include "amb_rotor/model/model_hash.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/model_writer.hpp"
 #include "amb_rotor/model/overrides.hpp"
 #include "amb_rotor/model/scenario_reader.hpp"
+#include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "bind.hpp"
 
 namespace py = pybind11;
@@ -117,7 +119,7 @@ void bindModel(py::module_& m) {
       .def("write",
            [](const Model& model, const std::string& path) { writeModel(model, effectCatalogue(), path); });
   m.def(
-      "read_model", [](const std::string& path) { return readModel(path, effectCatalogue()); },
+      "read_model", [](const std::string& path) { return loadModel(path); },
       py::arg("path"));
   m.def(
       "parse_model",
@@ -139,6 +141,18 @@ void bindModel(py::module_& m) {
       .def_property_readonly("text", [](const Scenario& s) { return scenarioText(s); });
   m.def("read_scenario", &readScenario, py::arg("path"));
   m.def("parse_scenario", &parseScenario, py::arg("text"), py::arg("name"));
+  m.def(
+      "read_rotor_geometry",
+      [](const std::string& path) {
+        const RotorGeometry geometry = loadRotorGeometry(path);
+        const FlexibleRotor rotor(geometry);
+        py::dict d;
+        d["name"] = geometry.name;
+        d["length_m"] = geometry.length();
+        d["mass_kg"] = rotor.inertia().mass;
+        return d;
+      },
+      py::arg("path"), "What a shaft of format amb-rotor-geometry/1 is, in short.");
 }
 
 }  // namespace amb_rotor

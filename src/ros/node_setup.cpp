@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/machine/model_loading.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/overrides.hpp"
 #include "amb_rotor/model/scenario_reader.hpp"
@@ -69,9 +70,7 @@ Model modelOf(const ros::NodeHandle& own) {
   Model model = readModel(requiredText(own, "model"), effectCatalogue());
   const auto overrides = valueOr(own, "overrides", std::vector<std::string>(), "a list of texts path=value");
   if (!overrides.empty()) applyOverrides(model, overrides, effectCatalogue());
-  if (model.rotor_model == RotorModel::flexible && model.flexible.mass.empty())
-    throw InputError({{requiredText(own, "model"), 0, "rotor.model", "flexible",
-                       "the modes of " + model.rotor_geometry + " are not there; rigid_beam works here"}});
+  fillFlexibleModes(model);
   return model;
 }
 

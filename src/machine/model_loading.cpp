@@ -1,0 +1,62 @@
+#include "amb_rotor/machine/model_loading.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/machine/assembly.hpp"
+#include "amb_rotor/model/model_reader.hpp"
+#include "amb_rotor/rotor/flexible_rotor.hpp"
+#include "amb_rotor/rotor/reduction.hpp"
+#include "amb_rotor/rotor/rotor_geometry.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Positions at which the shapes are tabulated: linear interpolation between 401 of them is good to 1e-5 of a shape
+/// with five half waves.
+constexpr int table_size = 401;
+constexpr double mass_agreement = 0.01;
+
+}  // namespace
+
+void fillFlexibleModes(Model& model, double highest_hz) {
+  if (model.rotor_model != RotorModel::flexible || !model.flexible.mass.empty()) return;
+  const auto path = std::filesystem::path(model.folder) / model.rotor_geometry;
+  const FlexibleRotor rotor(loadRotorGeometry(path.string()));
+  const ReducedRotor reduced = allModes(rotor);
+  const double mass = reduced.inertia.mass, tilt = reduced.inertia.transverse;
+  if (std::fabs(mass / model.rig.rotor.mass_kg - 1.0) > mass_agreement)
+    throw InputError({{path.string(), 0, "rotor.mass_kg", std::to_string(model.rig.rotor.mass_kg),
+                       "must agree with the geometry's mass, " + std::to_string(mass) + " kg, to 1 %"}});
+  int n = 0;
+  while (n < reduced.modes && n < max_modes - 1 &&
+         std::sqrt(std::max(0.0, reduced.stiffness[n])) <= radPerSecond(highest_hz))
+    ++n;
+  FlexibleModes& modes = model.flexible;
+  std::vector<double> scale;
+  for (int k = 0; k < n; ++k) {
+    const double own = k == 1 ? tilt : mass;
+    scale.push_back(std::sqrt(own));
+    modes.mass.push_back(own);
+    modes.stiffness.push_back(k < 2 ? 0.0 : own * reduced.stiffness[k]);
+    modes.damping.push_back(k < 2 ? 0.0 : own * reduced.damping[k]);
+  }
+  for (int k = 0; k < n; ++k)
+    for (int l = 0; l < n; ++l) modes.gyroscopic.push_back(scale[k] * scale[l] * reduced.gyroscopic(k, l));
+  for (int i = 0; i < table_size; ++i) {
+    const double z = reduced.left() + (reduced.right() - reduced.left()) * i / (table_size - 1);
+    modes.z_m.push_back(z);
+    const auto shape = reduced.shape(z);
+    for (int k = 0; k < n; ++k) modes.shape.push_back(scale[k] * shape[k]);
+  }
+}
+
+Model loadModel(const std::string& path) {
+  Model model = readModel(path, effectCatalogue());
+  fillFlexibleModes(model);
+  return model;
+}
+
+}  // namespace amb_rotor

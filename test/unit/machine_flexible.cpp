@@ -1,0 +1,87 @@
+// A flexible rotor in the machine: its modes are those of the finite elements, its slow motion that of a rigid beam.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/machine/machine.hpp"
+#include "amb_rotor/machine/model_loading.hpp"
+#include "amb_rotor/rotor/flexible_rotor.hpp"
+#include "amb_rotor/rotor/rotor_geometry.hpp"
+
+namespace amb_rotor {
+namespace {
+
+const std::string geometry = std::string(AMB_ROTOR_SOURCE_DIR) + "/config/thesis/rotor.yaml";
+constexpr double stiffness = 5.96e5, arm = 0.096;
+
+Model supported() {
+  Model model;
+  model.rotor_model = RotorModel::flexible;
+  model.amb_model = AmbModel::equivalent;
+  model.rotor_geometry = geometry;
+  model.rig.rotor.mass_kg = 3.36;
+  model.rig.rotor.transverse_inertia_kg_m2 = 0.017;
+  model.rig.amb.stiffness_N_per_m = stiffness;
+  model.rig.planes.amb[0] = -arm;
+  model.rig.planes.amb[1] = arm;
+  model.rig.planes.sensor[0] = model.rig.planes.aux[0] = -0.12;
+  model.rig.planes.sensor[1] = model.rig.planes.aux[1] = 0.12;
+  model.rig.auxiliary_bearing.clearance_m = 3e-4;
+  model.rig.auxiliary_bearing.stiffness_N_per_m = 3e7;
+  return model;
+}
+
+/// Natural frequencies [Hz] of one plane from the machine's own derivatives, rising.
+std::vector<double> machineFrequencies(const Model& model) {
+  const Machine<double> machine({&model});
+  const int n = machine.rotor().modes(), size = machine.stateSize();
+  Eigen::MatrixXd k(n, n);
+  std::vector<double> state(size, 0.0), rate(size, 0.0);
+  const Inputs<double> in;
+  for (int j = 0; j < n; ++j) {
+    std::fill(state.begin(), state.end(), 0.0);
+    state[j] = 1e-9;  // linear: no contact
+    machine.derivatives(in, state.data(), rate.data());
+    for (int i = 0; i < n; ++i) k(i, j) = -rate[2 * n + i] / 1e-9;
+  }
+  const Eigen::VectorXcd squares = Eigen::EigenSolver<Eigen::MatrixXd>(k, false).eigenvalues();
+  std::vector<double> out;
+  for (const auto& s : squares) out.push_back(std::sqrt(std::max(0.0, s.real())) / two_pi);
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+TEST(FlexibleMachineTest, ModesAreThoseOfTheFiniteElements) {
+  Model model = supported();
+  fillFlexibleModes(model, 1e5);
+  const FlexibleRotor rotor(loadRotorGeometry(geometry));
+  const auto expected = planarFrequencies(rotor, {{-arm, stiffness}, {arm, stiffness}});
+  const auto own = machineFrequencies(model);
+  ASSERT_GE(own.size(), 4u);
+  // the modes above 100 kHz that are left out move the low ones by less than 1e-5; shapes are interpolated to 1e-5
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(own[k] / (expected[k] / two_pi), 1.0, 1e-4) << k;
+}
+
+TEST(FlexibleMachineTest, FirstTwoCoordinatesAreThoseOfARigidBeam) {
+  Model model = supported();
+  fillFlexibleModes(model);
+  EXPECT_NEAR(model.flexible.mass[0], 3.36, 0.0336);
+  EXPECT_NEAR(model.flexible.mass[1], 0.017, 0.00017);
+  const std::size_t n = model.flexible.mass.size();
+  for (std::size_t i = 0; i < model.flexible.z_m.size(); i += 50) {
+    EXPECT_NEAR(model.flexible.shape[i * n], 1.0, 1e-9);
+    EXPECT_NEAR(model.flexible.shape[i * n + 1], model.flexible.z_m[i], 1e-9);
+  }
+}
+
+TEST(FlexibleMachineTest, AMassThatContradictsTheGeometryIsRefused) {
+  Model model = supported();
+  model.rig.rotor.mass_kg = 5.0;
+  EXPECT_THROW(fillFlexibleModes(model), InputError);
+}
+
+}  // namespace
+}  // namespace amb_rotor

@@ -1,0 +1,80 @@
+// The map between a fit's coordinates and a model's parameters.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/coordinates.hpp"
+
+namespace amb_rotor {
+namespace {
+
+Model belief() {
+  Model model;
+  model.rig.rotor.mass_kg = 3.0;
+  model.rig.amb.current_stiffness_N_per_A = 100.0;
+  model.rig.unbalance.push_back({0.0, 2e-5, 0.4});
+  model.uncertainty = {{"rotor.mass_kg", 0.005},
+                       {"amb.current_stiffness_N_per_A", 0.03},
+                       {"unbalance.moment_kg_m", 0.1},
+                       {"unbalance.phase_rad", 0.05},
+                       {"sensor.offset_m", 1e-6}};
+  return model;
+}
+
+const EffectSetting runout{"sensor_runout", {2e-6, 0.7, 1e-6, 0.3, 3e-6, -1.2, 0.5e-6, 1.0}};
+
+TEST(FitSpaceTest, NuisanceTakesTheStatedUncertaintyAsPrior) {
+  const FitSpace space(belief(), {});
+  ASSERT_EQ(space.nuisances(), 4) << "the sensor's offset belongs to the recording";
+  for (const auto& c : space.coordinates()) {
+    if (c.name == "rotor.mass_kg") { EXPECT_DOUBLE_EQ(c.prior_std, 0.015); }
+    if (c.name == "unbalance.phase_rad") { EXPECT_DOUBLE_EQ(c.prior_std, 0.05) << "absolute"; }
+  }
+}
+
+TEST(FitSpaceTest, StartGivesTheModelItCameFrom) {
+  const FitSpace space(belief(), {runout, {"foundation_resonance", {30.0, 50.0, 0.03}}});
+  const Model model = space.model(space.start());
+  ASSERT_EQ(model.effects.size(), 2u);
+  // through cosine, sine and logarithm and back: a few roundings
+  for (std::size_t i = 0; i < runout.values.size(); ++i)
+    EXPECT_NEAR(model.effects[0].values[i], runout.values[i], 1e-12) << i;
+  EXPECT_NEAR(model.effects[1].values[0], 30.0, 1e-12);
+  EXPECT_NEAR(model.effects[1].values[1], 50.0, 1e-12);
+}
+
+TEST(FitSpaceTest, SecondHarmonicPhaseIsTheShaftAngle) {
+  const FitSpace space(belief(), {runout});
+  Eigen::VectorXd x = space.start();
+  // turn the vector of a's second harmonic by a quarter: its phase as shaft angle moves by an eighth of a turn
+  const int c = space.nuisances() + 2;
+  const double u = x[c], v = x[c + 1];
+  x[c] = -v;
+  x[c + 1] = u;
+  const double moved = space.model(x).effects[0].values[3];
+  EXPECT_NEAR(moved - 0.3, M_PI / 4.0, 1e-12);
+  EXPECT_NEAR(space.model(x).effects[0].values[2], 1e-6, 1e-18);
+}
+
+TEST(FitSpaceTest, StandardDeviationsOfAmplitudeAndPhase) {
+  const FitSpace space(belief(), {runout});
+  // equal, uncorrelated errors of the vector: the amplitude has them, the phase has them over the amplitude
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  const double std = 1e-8;
+  for (int k = space.nuisances(); k < space.size(); ++k) covariance(k, k) = std * std;
+  const auto values = space.effectValues(0, space.start(), covariance);
+  EXPECT_NEAR(values[0].std, std, 1e-14);
+  EXPECT_NEAR(values[1].std, std / 2e-6, 1e-9);
+  EXPECT_NEAR(values[3].std, std / 1e-6 / 2.0, 1e-9) << "half: the phase is the shaft's angle";
+}
+
+TEST(FitSpaceTest, LimitsHold) {
+  const FitSpace space(belief(), {{"foundation_resonance", {30.0, 50.0, 0.03}}});
+  Eigen::VectorXd x = space.start();
+  x[space.nuisances() + 2] = -5.0;  // damping ratio
+  EXPECT_EQ(space.model(x).effects[0].values[2], 0.0);
+}
+
+}  // namespace
+}  // namespace amb_rotor
