@@ -76,6 +76,7 @@ def test_the_cores_input_error_is_pythons(tmp_path):
 
 
 @pytest.mark.parametrize("path, text", [(MODEL, "amb-model/1"), (DROP, "amb-scenario/1"), (TABLE, "10 measurements of 2"),
+                                        (ROOT / "config/thesis/rotor.yaml", "amb-rotor-geometry/1"),
                                         (ROOT / "config/tutorial/measured", "9 runs")])
 def test_check_says_that_a_file_is_valid(capsys, path, text):
     assert cli.main(["check", str(path)]) == 0

@@ -55,13 +55,16 @@ def _check_file(path: pathlib.Path, kind: str) -> str:
     if kind == "amb-sweep/1":
         sweep = _core.BasicSweep(str(path))
         return f"sweep {sweep.name}: {sweep.size} points"
+    if kind == "amb-rotor-geometry/1":
+        shaft = _core.read_rotor_geometry(str(path))
+        return f"shaft {shaft['name']}: {shaft['length_m']:.4g} m, {shaft['mass_kg']:.4g} kg"
     if kind == "amb-search/1":
         from amb_rotor.sweeps import search
         return f"search {search.read_search(path).name}"
     if kind == "amb-diagnosis/1":
         return "diagnosis"
     raise InputError(f"{path}: format {kind!r} is not known; amb-model/1, amb-scenario/1, amb-sweep/1, amb-search/1, "
-                     "amb-dataset/1 are")
+                     "amb-rotor-geometry/1, amb-dataset/1 are")
 
 
 def run(args) -> int:

@@ -7,7 +7,12 @@
   const drawn = [];
 
   const has = v => v !== null && v !== undefined;
-  const num = (v, d) => has(v) ? Number(v).toPrecision(d || 3).replace(/\.?0+(?=e|$)/, m => m.startsWith(".") ? "" : m) : "–";
+  const num = (v, d) => {
+    if (!has(v)) return "–";
+    const size = Math.abs(v), digits = d || 3;
+    if (size !== 0 && (size < 1e-3 || size >= 1e6)) return Number(v).toExponential(digits - 1);
+    return String(Number(Number(v).toPrecision(digits)));
+  };
   const err = v => has(v) ? (v >= 100 ? Number(v).toFixed(0) : Number(v).toFixed(2)) : "–";
   const words = s => s.replace(/_/g, " ");
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
@@ -105,13 +110,17 @@
     const tiles = add(head, "div", null, "tiles");
     const tile = (value, label) => { const t = add(tiles, "div", null, "tile"); add(t, "b", value); add(t, "span", label); };
     if (first) {
-      const before = first.validation_errors, after = last.validation_errors;
+      // the diagnosis' own figures where there is one: a comparison refits once more
+      const steps = diagnosis ? diagnosis.steps : [];
+      const of = e => ({error: e.validation_error, error_free: e.validation_error_free, error_contact: e.validation_error_contact});
+      const before = diagnosis ? of(diagnosis.baseline) : first.validation_errors;
+      const after = steps.length ? of(steps[steps.length - 1]) : last.validation_errors;
       const two = D.stages.length > 1;
       const arrow = (a, b) => two ? err(a) + " → " + err(b) : err(a);
       tile(arrow(before.error, after.error), "error on held-out runs / noise");
       if (has(before.error_free)) tile(arrow(before.error_free, after.error_free), "… of runs without contact");
       if (has(before.error_contact)) tile(arrow(before.error_contact, after.error_contact), "… of runs with contact");
-      tile(err(before.noise_floor), "noise floor");
+      tile(err(first.errors.noise_floor), "noise floor");
       tile(String(first.runs.length), "runs");
     } else if (diagnosis) {
       tile(err(diagnosis.baseline.validation_error), "error on held-out runs / noise");
@@ -255,7 +264,12 @@
       columns.forEach(c => add(line, "td", c.value(r), c.n ? "n" : ""));
     });
   }
-  const withStd = p => num(p.value, 4) + (p.std ? " ± " + num(p.std, 2) : "") + (p.unit && p.unit !== "1" ? " " + p.unit : "");
+  function withStd(p) {
+    // small lengths in micrometres
+    const small = p.unit === "m" && Math.max(Math.abs(p.value), p.std || 0) < 1e-3;
+    const f = small ? 1e6 : 1, unit = small ? "µm" : p.unit;
+    return num(f * p.value, 4) + (p.std ? " ± " + num(f * p.std, 2) : "") + (unit && unit !== "1" ? " " + unit : "");
+  }
   const list = parameters => Object.entries(parameters).map(([k, p]) => k + " " + withStd(p)).join("; ");
 
   function ranking() {
