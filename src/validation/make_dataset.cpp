@@ -202,7 +202,8 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
   const double top = topSpeedHz(made.belief);
   if (!isStable({made.belief, {}}, top) || !isStable(machine, top)) return false;
   const bool strong = hides("magnetic_nonlinearity") || hides("magnetic_saturation");
-  std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, strong ? std::min(1.4 + 0.1 * attempt, 2.5) : 1.0);
+  const double amplitude = strong ? std::min(1.4 + 0.1 * attempt, 2.5) : 1.0;
+  std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, amplitude);
   if (!makeRubsTouch(machine, plans)) return false;
   const Instruments instruments = drawInstruments(dice);
   const Dice noise_dice = dice;

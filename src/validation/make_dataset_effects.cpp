@@ -45,7 +45,7 @@ std::vector<double> contactValues(const EffectDraw& draw, double size, const Mod
             bearing.damping_N_s_per_m * between(draw, 1, 0.3, 0.8), between(draw, 2, 0.03, 0.1)};
   if (id == "velocity_dependent_friction") {
     const double mu = bearing.friction_coefficient;
-    return {mu * (1.0 + 0.5 * size), mu * std::max(0.2, 1.0 - 0.25 * size), between(draw, 0, 0.5, 3.0)};
+    return {std::min(mu * (1.0 + 0.5 * size), 0.6), mu * std::max(0.2, 1.0 - 0.25 * size), between(draw, 0, 0.5, 3.0)};
   }
   // inner_ring_spin: a light ring is soon dragged along
   return {std::clamp(1e-4 / (size * size), 5e-7, 1e-2), between(draw, 0, 0.002, 0.01)};
@@ -154,7 +154,11 @@ EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& tru
     AMB_ROTOR_CHECK(id == "spin_drag", "every effect of the catalogue can be drawn");
     return {0.02 * size, 0.0};
   };
-  return {id, made()};
+  EffectSetting setting{id, made()};
+  const EffectSchema* schema = effectCatalogue().find(id);
+  for (std::size_t i = 0; i < setting.values.size(); ++i)
+    setting.values[i] = std::clamp(setting.values[i], schema->parameters[i].lower, schema->parameters[i].upper);
+  return setting;
 }
 
 HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& truth) {

@@ -34,7 +34,8 @@ class Plans {
     plan.samples = std::lround(duration * sample_rate_hz) + 1;
     plan.angle0 = dice_.uniform(0.0, two_pi);
     plan.speed_hz = speed_hz;
-    plan.run.speed_hz = speed_hz == 0.0 ? 0.0 : 1e-3 * std::round(1e3 * speed_hz * (1.0 + speed_belief_std * dice_.normal()));
+    if (speed_hz != 0.0)
+      plan.run.speed_hz = 1e-3 * std::round(1e3 * speed_hz * (1.0 + speed_belief_std * dice_.normal()));
     plan.excitation.rate_hz = sample_rate_hz;
     for (auto& axis : plan.excitation.axis) axis.assign(plan.samples, 0.0);
     plans_.push_back(std::move(plan));

@@ -70,7 +70,7 @@ TEST_F(MakeDataset, contactRunsTouchAndALawOfNoCatalogueIsUnknown) {
   EXPECT_TRUE(made.truth.effects.empty());
   const Dataset dataset = readDataset(folder("a"));
   EXPECT_EQ(dataset.runs.size(), 16u);
-  const Run* drop = dataset.findRun("drop_1");
+  const auto* drop = dataset.findRun("drop_1");
   ASSERT_NE(drop, nullptr);
   ASSERT_EQ(drop->events.size(), 1u);
   EXPECT_FALSE(drop->events[0].amb_on);

@@ -210,7 +210,7 @@ def run(args) -> int:
         raise InputError("--sets and --jobs must be from 1, --seed from 0")
     threads = max(1, (os.cpu_count() or 1) // args.jobs)
     with contextlib.ExitStack() as stack:
-        keep = pathlib.Path(args.keep) if args.keep else pathlib.Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        keep = pathlib.Path(args.keep or stack.enter_context(tempfile.TemporaryDirectory()))
         keep.mkdir(parents=True, exist_ok=True)
         note = keep / "bench.json"
         known = _read(note)
