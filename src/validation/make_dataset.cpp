@@ -37,7 +37,9 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
     if (count < 0) names.push_back(hiddenLaws()[dice.pick(static_cast<int>(hiddenLaws().size()))]);
     while (static_cast<int>(names.size()) < count) {
       const std::string& id = all[dice.pick(static_cast<int>(all.size()))].id;
-      if (std::find(names.begin(), names.end(), id) == names.end()) names.push_back(id);
+      // a law by terms is a hypothesis, not something that is in a rig
+      if (std::find(names.begin(), names.end(), id) == names.end() && !effectCatalogue().find(id)->hypothesis)
+        names.push_back(id);
     }
   }
   for (const auto& name : names) {
