@@ -58,7 +58,7 @@ def test_simulate_npz_holds_the_resolved_model_and_overrides_act(tmp_path):
 
 @pytest.mark.parametrize("arguments, complaint", [
     (["--set", "rig.rotor.mas_kg=3"], "rig.rotor.mass_kg"),
-    (["--out", "run.bag"], ".npz"),
+    (["--out", "run.xls"], ".npz"),
     (["--set", "rig.rotor.mass_kg=-1"], "above 0"),
 ])
 def test_bad_input_of_simulate_is_one_message(tmp_path, capsys, arguments, complaint):

@@ -14,7 +14,7 @@ EXAMPLE = "amb simulate config/thesis/levitation_model.yaml --scenario config/th
 def add_arguments(parser) -> None:
     models.add_model(parser)
     parser.add_argument("--scenario", metavar="S", required=True, help="file of format amb-scenario/1")
-    parser.add_argument("--out", metavar="F", help="table to write: .csv, .csv.gz or .npz "
+    parser.add_argument("--out", metavar="F", help="table to write: .csv, .csv.gz, .npz or .bag "
                                                    "(default: out/simulate-NAME/run.csv)")
 
 
@@ -36,6 +36,15 @@ def write_npz(path: pathlib.Path, columns: dict, model, scenario) -> None:
                     scenario=numpy.array(scenario.text))
 
 
+def write_bag(path: pathlib.Path, columns: dict) -> None:
+    """The table as a bag, as `amb convert` makes it."""
+    from amb_rotor.cli import convert
+    try:
+        convert.write_table(path, columns)
+    except ImportError as error:
+        raise InputError(f"{path}: a bag needs ROS ({error}); a table (.csv, .npz) does not") from error
+
+
 def run(args) -> int:
     import time
     from amb_rotor import _core
@@ -43,9 +52,8 @@ def run(args) -> int:
     scenario = _core.read_scenario(str(common.input_path(args.scenario)))
     path = pathlib.Path(args.out) if args.out else \
         pathlib.Path("out") / f"simulate-{models.stem(args.scenario)}" / "run.csv"
-    if not path.name.endswith((".csv", ".csv.gz", ".npz")):
-        raise InputError(f"{path}: must end in .csv, .csv.gz or .npz (a bag: `amb launch ... --record`, or "
-                         "`amb convert` afterwards)")
+    if not path.name.endswith((".csv", ".csv.gz", ".npz", ".bag")):
+        raise InputError(f"{path}: must end in .csv, .csv.gz, .npz or .bag")
     path.parent.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
     result = _core.simulate(model, scenario)
@@ -53,7 +61,7 @@ def run(args) -> int:
     if path.suffix == ".npz":
         write_npz(path, result["columns"], model, scenario)
     else:
-        write_csv(path, result["columns"])
+        (write_bag if path.suffix == ".bag" else write_csv)(path, result["columns"])
         model.write(str(path) + ".model.yaml")
     summary = _summary(model, scenario, result, seconds)
     print(f"model {model.name} ({model.hash}), scenario {scenario.name}: {summary['duration_s']:g} s in {seconds:.2f} s"
