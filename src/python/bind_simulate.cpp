@@ -1,4 +1,5 @@
 // amb_rotor._core: one run of one machine.
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/machine/run.hpp"
 #include "bind.hpp"
 
@@ -19,21 +20,23 @@ void put(py::dict& d, const std::string& head, const std::string& unit,
   }
 }
 
+/// Columns have the names of a bag's table (`amb convert`), and some more.
 py::dict asDict(Simulation&& simulation) {
   Trajectory& t = simulation.trajectory;
   py::dict columns, d;
   columns["t_s"] = ownedArray(std::move(t.time_s));
   columns["angle_rad"] = ownedArray(std::move(t.angle_rad));
-  columns["speed_rad_s"] = ownedArray(std::move(t.speed_rad_s));
+  for (double& speed : t.speed_rad_s) speed /= two_pi;
+  columns["speed_Hz"] = ownedArray(std::move(t.speed_rad_s));
   put(columns, "", "m", t.displacement_m);
   put(columns, "i", "A", t.current_A);
   put(columns, "position_", "m", t.position_m);
   put(columns, "aux_", "m", t.aux_position_m);
-  put(columns, "aux_centre_", "m", t.aux_centre_m);
-  put(columns, "bearing_force_", "N", t.bearing_force_N);
-  put(columns, "contact_force_", "N", t.contact_force_N);
-  put(columns, "normal_force_", "N", t.normal_force_N);
-  put(columns, "friction_force_", "N", t.friction_force_N);
+  put(columns, "centre_", "m", t.aux_centre_m);
+  put(columns, "bearing_", "N", t.bearing_force_N);
+  put(columns, "contact_", "N", t.contact_force_N);
+  put(columns, "normal_", "N", t.normal_force_N);
+  put(columns, "friction_", "N", t.friction_force_N);
   put(columns, "penetration_", "m", t.penetration_m);
   put(columns, "slip_", "m_s", t.slip_m_s);
   put(columns, "ring_speed_", "rad_s", t.ring_speed_rad_s);

@@ -34,7 +34,7 @@ def test_simulate_writes_a_table_and_the_model_beside_it(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == f"report: {out}"
     names = out.read_text().splitlines()[0].split(",")
     table = numpy.loadtxt(out, delimiter=",", skiprows=1)
-    assert names[0] == "t_s" and {"ax_m", "iby_A", "aux_ax_m", "normal_force_b_N"} <= set(names)
+    assert names[0] == "t_s" and {"ax_m", "iby_A", "aux_ax_m", "normal_b_N"} <= set(names)
     assert table.shape == (501, len(names)) and table[-1, 0] == pytest.approx(0.05)
     result = json.loads((tmp_path / "run.json").read_text())
     assert result["status"] == "ok" and result["contacts"] == 0

@@ -61,17 +61,9 @@ def record_graph(args, scenario: pathlib.Path, model: pathlib.Path, bag: pathlib
 
 
 def simulate(scenario: pathlib.Path, model: pathlib.Path) -> dict:
-    """The same run in process, with the names of a bag's table."""
-    import math
+    """The same run in process."""
     from amb_rotor import _core
-    columns = _core.simulate(_core.read_model(str(model)), _core.read_scenario(str(scenario)))["columns"]
-    table = {"t_s": columns["t_s"], "angle_rad": columns["angle_rad"], "speed_Hz": columns["speed_rad_s"] / (2 * math.pi)}
-    for end in "ab":
-        for axis in "xy":
-            table[f"aux_{end}{axis}_m"] = columns[f"aux_{end}{axis}_m"]
-            table[f"centre_{end}{axis}_m"] = columns[f"aux_centre_{end}{axis}_m"]
-        table[f"normal_{end}_N"] = columns[f"normal_force_{end}_N"]
-    return table
+    return _core.simulate(_core.read_model(str(model)), _core.read_scenario(str(scenario)))["columns"]
 
 
 def motion(args, out: pathlib.Path, share: pathlib.Path) -> tuple[list, list[str]]:

@@ -83,8 +83,8 @@ def _summary(model, scenario, result: dict, seconds: float) -> dict:
     for end in "ab":
         place = numpy.hypot(columns[f"aux_{end}x_m"], columns[f"aux_{end}y_m"])
         radius = max(radius, float(numpy.max(place, initial=0.0)) / result["clearance_m"])
-        force = max(force, float(numpy.max(columns[f"normal_force_{end}_N"], initial=0.0)))
-    touching = (columns["normal_force_a_N"] > 0) | (columns["normal_force_b_N"] > 0)
+        force = max(force, float(numpy.max(columns[f"normal_{end}_N"], initial=0.0)))
+    touching = (columns["normal_a_N"] > 0) | (columns["normal_b_N"] > 0)
     if touching.size:
         fraction = float(numpy.mean(touching))
     return {"model": model.name, "model_hash": model.hash, "scenario": scenario.name, "status": result["status"],
