@@ -46,7 +46,7 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
     if (name == "none") continue;
     if (lawOf(name) != Law::none) {
       secret.law = name;
-    } else if (effectCatalogue().find(name) != nullptr) {
+    } else if (effectCatalogue().find(name) != nullptr && !effectCatalogue().find(name)->hypothesis) {
       secret.effects.push_back(name);
     } else {
       auto known = hiddenLaws();
