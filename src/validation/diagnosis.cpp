@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/breakdown.hpp"
@@ -37,6 +38,27 @@ struct Trial {
   double evidence = -1e300;
   CandidateErrors errors;
 };
+
+std::string twoPlaces(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
+
+/// The finding, readable in one look.
+std::vector<std::string> sentencesOf(const Diagnosis& d) {
+  std::vector<std::string> out;
+  out.push_back("On the runs to validate, the believed model stands at " + twoPlaces(d.baseline.validation_error) +
+                " times the noise, all its uncertain numbers refitted.");
+  for (const auto& step : d.steps)
+    out.push_back("With " + step.added + " it stands at " + twoPlaces(step.errors.validation_error) + ".");
+  if (d.steps.empty()) out.push_back("No effect of the catalogue earns its place on these runs.");
+  std::string unseen;
+  for (const auto& c : d.ranking)
+    if (!c.excited) unseen += (unseen.empty() ? "" : ", ") + c.effect;
+  if (!unseen.empty()) out.push_back("These runs cannot show: " + unseen + ".");
+  return out;
+}
 
 class Diagnoser {
  public:
@@ -267,12 +289,15 @@ Diagnosis Diagnoser::run() {
     reference.local = reference_contact.local;
     std::vector<Trial> trials = screen(adopted, reference, prior, from, to);
     finish(trials, reference_free, reference_contact, prior);
-    int judged = 0;
     for (auto& t : trials) {
+      t.errors = before;  // what cannot be seen changes nothing
       if (!t.excited || !t.fit.finite) continue;
       const bool through_contact = effectCatalogue().find(t.effect)->needs_contact;
-      if (judged++ < 6) t.errors = judge(t, through_contact);
-      if (through_contact && judged <= 6) t.errors.fit_error = std::sqrt(t.fit.squares / t.fit.count);
+      t.errors = judge(t, through_contact);
+      // the runs that this candidate was not fitted on count as the reference left them
+      const FitResult& other = through_contact ? reference_free.fit : reference_contact.fit;
+      if (!fit_contact_.empty())
+        t.errors.fit_error = std::sqrt((t.fit.squares + other.squares) / (t.fit.count + other.count));
     }
     if (step == 0)
       for (const auto& t : trials) {
@@ -280,7 +305,7 @@ Diagnosis Diagnoser::run() {
         c.effect = t.effect;
         c.excited = t.excited;
         c.note = t.note;
-        c.evidence = std::max(t.evidence, -1e6);
+        c.evidence = t.excited && t.fit.finite ? std::max(t.evidence, -1e6) : 0.0;
         c.errors = t.errors;
         if (t.excited && t.fit.finite) {
           c.parameters = t.space->effectValues(static_cast<int>(t.space->fitted().size()) - 1, t.fit.x, t.fit.covariance);
@@ -332,12 +357,12 @@ Diagnosis Diagnoser::run() {
     }
     before = joint.errors;
     last = joint;
-    out.nuisance = joint.space->nuisanceValues(joint.fit.x, joint.fit.covariance);
     const bool clean = before.validation_error_free < 1.02 * out.noise_floor + 0.03 &&
                        (before.validation_error_contact < 0.0 || before.validation_error_contact < 1.1);
     if (clean) break;
   }
   out.adopted = last.space->model(last.fit.x);
+  out.sentences = sentencesOf(out);
   const CandidateErrors& end = before;
   const bool structured = end.validation_error_free > structured_error ||
                           end.validation_error_contact > structured_contact_error;
