@@ -60,6 +60,11 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
   evaluation.keep_prediction = true;
   evaluation.window_passes = 3;
   std::vector<RunResult> results;
+  // twice: windows count with the offsets of their run only once those are known
+  std::vector<int> windows;
+  for (int i : everything)
+    if (recordings[i].holdsContact()) windows.push_back(i);
+  problem.evaluate(fitted.x, windows, local, evaluation, nullptr);
   problem.evaluate(fitted.x, everything, local, evaluation, &results);
   out.model = space.model(fitted.x);
   out.nuisance = space.nuisanceValues(fitted.x, fitted.covariance);

@@ -27,6 +27,8 @@ constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 constexpr int first_look_iterations = 2, finalists = 6;
 /// Evidence after the first look below which a candidate is not followed.
 constexpr double hopeless = -40.0;
+/// Prior standard deviations by which a refitted nuisance must be off for candidates to start from the belief too.
+constexpr double far_from_belief = 2.5;
 
 struct Trial {
   std::string effect;
@@ -136,6 +138,9 @@ CandidateErrors Diagnoser::judge(const Trial& trial, bool with_contact, std::vec
   std::vector<LocalState> local = trial.local;
   const auto mean = [&](const std::vector<int>& which, double& sum, int& count) {
     std::vector<RunResult> own;
+    // twice where windows are: the first pass finds the runs' offsets, the second counts with them
+    const bool windows = !which.empty() && recordings_[which[0]].holdsContact();
+    if (windows) problem.evaluate(trial.fit.x, which, local, evaluation, nullptr);
     problem.evaluate(trial.fit.x, which, local, evaluation, &own);
     double part = 0.0;
     for (const auto& r : own) part += r.mean_square;
@@ -178,7 +183,15 @@ std::vector<Trial> Diagnoser::screen(const Settings& adopted, const Trial& refer
     for (const auto& schema : effectCatalogue().all())
       if (!schema.hypothesis) names.push_back(schema.id);
   std::vector<Trial> best;
-  const Eigen::VectorXd nuisance = reference.fit.x.head(reference.space->nuisances());
+  // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
+  std::vector<Eigen::VectorXd> nuisances = {reference.fit.x.head(reference.space->nuisances())};
+  for (int k = 0; k < reference.space->nuisances(); ++k) {
+    const Coordinate& c = reference.space->coordinates()[k];
+    if (std::fabs(nuisances[0][k] - c.prior_mean) > far_from_belief * c.prior_std) {
+      nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
+      break;
+    }
+  }
   for (std::size_t n = 0; n < names.size(); ++n) {
     const std::string& name = names[n];
     progress(from + (to - from) * n / names.size(), name);
@@ -199,7 +212,9 @@ std::vector<Trial> Diagnoser::screen(const Settings& adopted, const Trial& refer
     }
     // a short look from each start
     winner.fit.chi2 = 1e301;
-    for (const auto& start : starts) {
+    for (std::size_t look = 0; look < starts.size() * nuisances.size(); ++look) {
+      const auto& start = starts[look % starts.size()];
+      const Eigen::VectorXd& nuisance = nuisances[look / starts.size()];
       Settings effects = adopted;
       for (std::size_t i = 0; i < effects.size(); ++i)
         effects[i].values = reference.space->model(reference.fit.x).effects[belief_.effects.size() + i].values;
@@ -221,7 +236,22 @@ void Diagnoser::finish(std::vector<Trial>& trials, const Trial& reference_free, 
                            : -1e300;
   };
   const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
-  for (auto& t : trials) value(t);
+  for (auto& t : trials) {
+    value(t);
+    // a start that does not contain the reference may need a few steps to come near it
+    const auto& parameters = effectCatalogue().find(t.effect)->parameters;
+    const bool nested = std::all_of(parameters.begin(), parameters.end(),
+                                    [](const ParameterSchema& p) { return std::isfinite(p.neutral); }) &&
+                        t.effect != "foundation_resonance" && t.effect != "eddy_current_lag";
+    if (!t.excited || !t.fit.finite || nested || t.evidence >= hopeless) continue;
+    const bool contact = effectCatalogue().find(t.effect)->needs_contact;
+    const Eigen::VectorXd own = t.fit.x.head(t.space->nuisances());
+    Trial more = fitEffects(valuesOf(t), &own, contact, 3, t.local, false, contact ? &free_prior : nullptr, true);
+    if (more.fit.chi2 > t.fit.chi2) continue;
+    more.effect = t.effect;
+    t = more;
+    value(t);
+  }
   std::stable_sort(trials.begin(), trials.end(), order);
   int finished = 0;
   for (auto& t : trials) {

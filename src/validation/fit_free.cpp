@@ -17,7 +17,8 @@ constexpr int angle_grid = 16;
 constexpr int most_angle_searches = 4;
 constexpr double angle_step = 0.01;
 
-double sumOfSquares(const Recording& rec, const std::vector<double>& out) {
+/// Sum of squares over the noise, with the best constant offset of each displacement channel within its prior.
+double sumOfSquares(const Recording& rec, const std::vector<double>& out, double offset_std) {
   double sum = 0.0;
   for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
@@ -27,8 +28,8 @@ double sumOfSquares(const Recording& rec, const std::vector<double>& out) {
       mean += r;
       square += r * r;
     }
-    // displacement channels have an offset of their own; it may take the mean within its prior, roughly
-    sum += c < 4 ? square - 0.5 * mean * mean / rec.samples : square;
+    const double prior = offset_std > 0.0 ? std::pow(rec.noise[c] / offset_std, 2) : 0.0;
+    sum += c < 4 && offset_std > 0.0 ? square - mean * mean / (rec.samples + prior) : square;
   }
   return sum;
 }
@@ -61,7 +62,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
       }
       predict(stretch, jobs);
       for (int k = 0; k < angle_grid; ++k) {
-        const double sum = jobs[k].finite ? sumOfSquares(rec, outs[k]) : 1e300;
+        const double sum = jobs[k].finite ? sumOfSquares(rec, outs[k], offset_std_) : 1e300;
         if (sum < best) {
           best = sum;
           local.angle_rad = from + spacing * k;

@@ -93,7 +93,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     // a limit below what was measured is no limit; one above all that was commanded shows nothing
     const double seen = largestCurrent(recordings), bias = rig.amb.bias_current_A;
     std::vector<std::vector<double>> out;
-    for (double share : {0.98, 0.9, 0.75})
+    for (double share : {0.99, 0.95, 0.9, 0.8})
       if (bias + share * seen < rig.amb.max_current_A) out.push_back({bias + share * seen});
     if (out.empty()) reason = "no command comes near a limit below the believed one";
     return out;
