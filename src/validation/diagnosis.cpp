@@ -18,8 +18,10 @@ namespace {
 
 /// Evidence (half the BIC's drop) below which an effect does not earn its place, whatever else.
 constexpr double least_evidence = 12.0;
-/// Share of the validation runs' chi2 above the floor that must fall.
+/// Share of the validation runs' chi2 that must fall.
 constexpr double least_validation_drop = 0.004;
+/// Share of the excess over the floor (1) that an effect must take there.
+constexpr double least_excess_share = 0.15;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
@@ -168,12 +170,14 @@ double Diagnoser::evidence(const Trial& trial, const Trial& against) const {
 
 bool Diagnoser::earns(const Trial& trial, const CandidateErrors& before) const {
   if (trial.evidence < least_evidence) return false;
-  const auto drop = [](double was, double is) {
-    if (was < 0.0 || is < 0.0) return 0.0;
-    return (was * was - is * is) / std::max(was * was, 1e-12);
+  // it must take a share of what is above the floor: a wrong effect that bends a little towards the right one does not
+  const auto earned = [](double was, double is) {
+    if (was < 0.0 || is < 0.0) return false;
+    const double drop = was * was - is * is, excess = was * was - 1.0;
+    return drop > least_validation_drop * was * was && drop > least_excess_share * excess;
   };
-  return std::max(drop(before.validation_error_free, trial.errors.validation_error_free),
-                  drop(before.validation_error_contact, trial.errors.validation_error_contact)) > least_validation_drop;
+  return earned(before.validation_error_free, trial.errors.validation_error_free) ||
+         earned(before.validation_error_contact, trial.errors.validation_error_contact);
 }
 
 std::vector<Trial> Diagnoser::screen(const Settings& adopted, const Trial& reference, const QuadraticPrior& free_prior,
