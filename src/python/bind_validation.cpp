@@ -235,13 +235,12 @@ void bindValidation(py::module_& m) {
       py::arg("progress") = py::none());
   m.def(
       "diagnose",
-      [](const Model& model, const Dataset& dataset, const std::vector<std::string>& candidates, bool quick,
+      [](const Model& model, const Dataset& dataset, const std::vector<std::string>& candidates,
          int threads, int most_steps, py::object progress) {
         requireModes(model);
         PythonProgress report(std::move(progress));
         DiagnosisOptions options;
         options.candidates = candidates;
-        options.quick = quick;
         options.threads = threads;
         options.most_steps = most_steps;
         options.progress = std::ref(report);
@@ -253,7 +252,7 @@ void bindValidation(py::module_& m) {
         return py::make_tuple(diagnosisDict(diagnosis), diagnosis.adopted);
       },
       py::arg("model"), py::arg("dataset"), py::arg("candidates") = std::vector<std::string>(),
-      py::arg("quick") = false, py::arg("threads") = 0, py::arg("most_steps") = 3,
+      py::arg("threads") = 0, py::arg("most_steps") = 3,
       py::arg("progress") = py::none(),
       "The diagnosis as of amb-diagnosis/1, and the model with all its steps.");
 }

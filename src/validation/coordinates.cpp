@@ -6,6 +6,7 @@
 #include "amb_rotor/common/check.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/starts.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -53,6 +54,7 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
       c.scale = std::fabs(p.typical) > 0.0 ? std::fabs(p.typical) : 1.0;
       c.lower = p.lower;
       c.upper = p.upper;
+      narrowToRig(schema->id, p.name, belief_, c.lower, c.upper);
       if (p.role == ParameterRole::fixed) continue;
       const bool vector_next = p.role == ParameterRole::amplitude && i + 1 < static_cast<int>(parameters.size()) &&
                                parameters[i + 1].role == ParameterRole::phase && p.lower >= 0.0 &&
@@ -74,8 +76,8 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
         continue;
       }
       if (p.lower > 0.0) {
-        c.lower = std::log(p.lower);
-        c.upper = std::log(p.upper);
+        c.lower = std::log(c.lower);
+        c.upper = std::log(c.upper);
         c.scale = 0.1;
         slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::logarithm, 1, -1});
         coordinates_.push_back(c);

@@ -16,6 +16,7 @@ void NormalEquations::add(const NormalEquations& other) {
   chi2 += other.chi2;
   squares += other.squares;
   count += other.count;
+  occam += other.occam;
   scores += other.scores;
   finite = finite && other.finite;
 }
@@ -54,7 +55,7 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
   tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) {
     const Recording& rec = recordings_[which[i]];
     LocalState& state = local[which[i]];
-    parts[i] = rec.holdsContact() ? evaluateWindows(models, rec, state, options, own[i])
+    parts[i] = rec.holdsContact() ? evaluateWindows(x, models, rec, state, options, own[i])
                                   : evaluateFree(models, rec, state, options, own[i]);
   });
   NormalEquations sum(p);
@@ -81,6 +82,8 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   result.x = space.clamped(start);
   EvaluationOptions evaluation;
   evaluation.window_passes = options.first_window_passes;
+  evaluation.window_stride = options.window_stride;
+  evaluation.all_or_nothing = true;
   Eigen::VectorXd prior_weight = Eigen::VectorXd::Zero(p), prior_mean = Eigen::VectorXd::Zero(p);
   for (int k = 0; k < p; ++k) {
     const auto& c = space.coordinates()[k];
@@ -106,9 +109,10 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
     result.normal = now;
     return result;
   }
-  evaluation.window_passes = 1;
+  evaluation.window_passes = options.window_passes;
   double chi2 = now.chi2 + penalty(result.x);
   double damping = 1e-6;
+  const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
   for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
     Eigen::MatrixXd h = now.h;
     Eigen::VectorXd g = now.g;
@@ -141,11 +145,11 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = true;  // not even three times the foreseen gain would do
         break;
       }
-      // the value alone first: most steps that fail do so here
+      // the value alone first: most steps that fail do so here; through windows it is hardly cheaper than all
       std::vector<LocalState> trial_local = local;
-      EvaluationOptions value_only = evaluation;
-      value_only.jacobian = false;
-      NormalEquations trial = problem.evaluate(x, which, trial_local, value_only);
+      EvaluationOptions trial_options = evaluation;
+      trial_options.jacobian = windows && attempt == 0;
+      NormalEquations trial = problem.evaluate(x, which, trial_local, trial_options);
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {
         converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < 20.0;
@@ -153,13 +157,16 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         result.x = x;
         chi2 = trial_chi2;
         const bool go_on = !converged && iteration + 1 < options.most_iterations;
-        if (go_on || options.covariance) {
+        if (trial_options.jacobian) {
+          now = std::move(trial);
+        } else if (go_on || options.covariance) {
           now = problem.evaluate(x, which, local, evaluation);
           chi2 = now.chi2 + penalty(x);
         } else {
           now.chi2 = trial.chi2;
           now.squares = trial.squares;
           now.count = trial.count;
+          now.occam = trial.occam;
         }
         damping = std::max(damping * 0.1, 1e-9);
         improved = true;

@@ -8,11 +8,23 @@
 namespace amb_rotor {
 namespace {
 
-/// Finite-difference steps of a starting state: displacement [m or rad], rate, current [A].
-constexpr double displacement_step = 2e-9, rate_step = 2e-6, current_step = 1e-4;
-/// The starting guess comes from the measurement; the estimate may move it by about so much.
-constexpr double displacement_prior = 1e-4, rate_prior = 0.3, current_prior = 1.0;
+/// Of the unknowns of a starting state: displacement [m or rad], rate, current [A], speed of a ring [rad/s].
+struct Scales {
+  double displacement, rate, current, ring;
+};
+/// Finite differences.
+constexpr Scales steps_of_start = {2e-9, 2e-6, 1e-4, 0.05};
+/// The starting guess comes from the measurement, that of a ring from where the last window led; the estimate may move
+/// it by about so much.
+constexpr Scales prior_of_start = {1e-4, 0.3, 1.0, 20.0};
 constexpr double score_floor = 1e-12;
+/// Mean square over the noise beyond which a window's squares count by their logarithm.
+constexpr double robust_excess = 3.0;
+/// Windows that a first look takes or leaves together: what no sensor sees (a mount, a ring) is known only from the
+/// window before.
+constexpr long group_of_windows = 10;
+/// Share of a window's squares that its start may still win for the linear step to be trusted.
+constexpr double linear_share = 0.1;
 
 struct Window {
   long first, last;
@@ -35,8 +47,9 @@ double squaresOf(const Recording& rec, long first, long n, const double* out, co
 
 }  // namespace
 
-NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, const Recording& rec, LocalState& local,
-                                            const EvaluationOptions& options, RunResult& result) const {
+NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std::vector<Model>& given,
+                                            const Recording& rec, LocalState& local, const EvaluationOptions& options,
+                                            RunResult& result) const {
   const int p = space_.size();
   NormalEquations normal(p);
   const std::vector<Model> models = withTrialWeights(given, rec);
@@ -50,6 +63,7 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
   const int w = free_states + 4;  // unknowns of a window
   const bool offsets = offset_std_ > 0.0;
   const int r = offsets ? 8 : 0;  // unknowns of the run: offsets, drifts
+  const int ring = Machine<double>({&base_model}, whole.spin).ringState();
   const int coordinates = 2 * (free_states > 0 ? Machine<double>({&base_model}, whole.spin).rotor().modes() : 0);
 
   std::vector<Window> windows;
@@ -58,33 +72,61 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
     windows.push_back({first, std::min(first + length, rec.samples)});
   if (!windows.empty()) windows.back().last = rec.samples;
   if (local.window_start.size() != windows.size()) local.window_start.assign(windows.size(), {});
+  // the starts follow the coordinates to first order: a step of both together, as in multiple shooting
+  const bool follow = local.window_at.size() == x.size() && local.window_response.size() == windows.size();
+  const Eigen::VectorXd way = follow ? Eigen::VectorXd(x - local.window_at) : Eigen::VectorXd();
+  if (!follow) local.window_response.assign(windows.size(), {});
+  local.window_at = x;
   MachineState<double> led_to;
+  double ring_speed[2] = {0.0, 0.0};  // where the windows so far led; at rest in the beginning
   if (options.keep_prediction) result.predicted.assign(rec.samples * predicted_channels, 0.0);
 
   Eigen::MatrixXd run_h = Eigen::MatrixXd::Zero(g + r, g + r);
   Eigen::VectorXd run_g = Eigen::VectorXd::Zero(g + r);
-  double chi2 = 0.0, squares = 0.0, count = 0.0;
+  double chi2 = 0.0, squares = 0.0, count = 0.0, occam = 0.0;
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(g, static_cast<long>(windows.size()));
   const double* old_offset = local.offset_m;
   const double* old_drift = local.drift_m;
 
+  const auto channels = static_cast<double>(
+      std::count_if(rec.noise.begin(), rec.noise.end(), [](double noise) { return noise > 0.0; }));
   std::vector<double> outs;
   for (std::size_t number = 0; number < windows.size(); ++number) {
     const Window window = windows[number];
+    const long group = static_cast<long>(number) / group_of_windows;
+    if (group % options.window_stride != 0) {
+      led_to = {};
+      continue;
+    }
     const long n = window.last - window.first;
     const std::size_t width = static_cast<std::size_t>(n) * predicted_channels;
     Stretch stretch = whole;
     stretch.first = window.first;
     stretch.last = window.last;
-    // where to begin: where the last evaluation ended, where the window before led to, or what was measured
     MachineState<double>& kept = local.window_start[number];
-    std::vector<MachineState<double>> guesses;
-    if (static_cast<int>(kept.mechanics.size()) == mechanics) guesses.push_back(kept);
-    if (static_cast<int>(led_to.mechanics.size()) == mechanics) guesses.push_back(led_to);
-    guesses.push_back(stateFromMeasurement(rec, base_model, whole.spin, window.first));
-    const bool fresh = kept.mechanics.empty();
-    MachineState<double> start = guesses[0];
-    if (guesses.size() > 1) {
+    const bool fresh = static_cast<int>(kept.mechanics.size()) != mechanics;
+    MachineState<double> start = kept, guess = kept;
+    const auto ringFollows = [&](MachineState<double>& state) {
+      if (ring >= 0) std::copy(ring_speed, ring_speed + 2, state.mechanics.begin() + ring);
+    };
+    if (!fresh) ringFollows(guess);
+    const auto scaleOf = [&](int k, const Scales& scales) {
+      if (k >= free_states) return scales.current;
+      if (k < coordinates) return scales.displacement;
+      if (k < 2 * coordinates) return scales.rate;
+      if (ring >= 0 && (k == ring || k == ring + 1)) return scales.ring;
+      return (k - 2 * coordinates) % 4 < 2 ? scales.displacement : scales.rate;
+    };
+    const auto valueOf = [&](const MachineState<double>& state, int k) {
+      return k < free_states ? state.mechanics[k] : state.current[k - free_states];
+    };
+    const auto moved = [&](MachineState<double> state, const Eigen::VectorXd& step) {
+      for (int k = 0; k < free_states; ++k) state.mechanics[k] += step[k];
+      for (int a = 0; a < 4; ++a) state.current[a] += step[free_states + a];
+      return state;
+    };
+    const auto bestGuess = [&](std::vector<MachineState<double>>& guesses) {
+      if (guesses.size() == 1) return guesses[0];
       std::vector<LaneJob> jobs;
       outs.resize(width * guesses.size());
       for (std::size_t k = 0; k < guesses.size(); ++k) {
@@ -96,29 +138,17 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
                                                                  : guesses[0].pending.back());
       }
       predict(stretch, jobs);
+      std::size_t best = 0;
       double least = 1e300;
       for (std::size_t k = 0; k < guesses.size(); ++k) {
         const double sum = jobs[k].finite ? squaresOf(rec, window.first, n, outs.data() + k * width, old_offset, old_drift)
                                           : 1e300;
         if (sum < least) {
           least = sum;
-          start = guesses[k];
+          best = k;
         }
       }
-    }
-    const MachineState<double> guess = start;
-    const auto scaleOf = [&](int k, double displacement, double rate, double current) {
-      if (k >= free_states) return current;
-      if (k < coordinates) return displacement;
-      return k < 2 * coordinates ? rate : (k - 2 * coordinates) % 4 < 2 ? displacement : rate;
-    };
-    const auto valueOf = [&](const MachineState<double>& state, int k) {
-      return k < free_states ? state.mechanics[k] : state.current[k - free_states];
-    };
-    const auto moved = [&](MachineState<double> state, const Eigen::VectorXd& step) {
-      for (int k = 0; k < free_states; ++k) state.mechanics[k] += step[k];
-      for (int a = 0; a < 4; ++a) state.current[a] += step[free_states + a];
-      return state;
+      return guesses[best];
     };
     // base, w columns of the start, and (where asked) the coordinates; fills h, b, window_squares
     Eigen::MatrixXd h;
@@ -140,7 +170,7 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
         for (int k = 0; k < g; ++k) add(models[k + 1], nullptr);
       for (int k = 0; k < w; ++k) {
         changes[k][k < free_states ? k : mechanics + k - free_states] =
-            scaleOf(k, displacement_step, rate_step, current_step);
+            scaleOf(k, steps_of_start);
         add(base_model, changes[k].data());
       }
       outs.resize(width * jobs.size());
@@ -167,7 +197,7 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
             for (; k < g; ++k, ++lane) rows(i, k) = (outs[lane * width + place] - y) / steps_[k] * weight;
           for (int j = 0; j < w; ++j, ++k, ++lane)
             rows(i, k) =
-                (outs[lane * width + place] - y) / scaleOf(j, displacement_step, rate_step, current_step) * weight;
+                (outs[lane * width + place] - y) / scaleOf(j, steps_of_start) * weight;
           residuals[i] = (rec.measured[(window.first + i) * predicted_channels + c] - y) * weight;
           if (r > 0 && c < 4) {
             const double share = static_cast<double>(window.first + i) / rec.samples - 0.5;
@@ -182,43 +212,76 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
       }
       return true;
     };
-    // refine the start, the run's unknowns held
-    bool finite = true;
-    double damping = 1e-4, best_squares = 1e300;
-    MachineState<double> best = start;
-    Eigen::MatrixXd best_h;
-    Eigen::VectorXd best_b;
-    const int passes = options.window_passes + (fresh ? 8 : 0);
-    for (int pass = 0; pass < passes; ++pass) {
-      finite = linearise(start, false);
-      const bool better = finite && window_squares < best_squares;
-      const double drop = best_squares - window_squares;
-      if (better) {
-        best = start;
-        best_squares = window_squares;
-        best_h = h.topLeftCorner(w, w);
-        best_b = b.head(w);
-        damping = std::max(damping * 0.1, 1e-7);
-      } else {
-        if (best_h.size() == 0) break;
-        damping = std::min(std::max(damping * 30.0, 1e-3), 1e8);
-      }
-      if (better && pass > 0 && drop < 2e-3 * best_squares) break;
-      Eigen::MatrixXd own = best_h;
-      Eigen::VectorXd right = best_b;
+    // Newton's gain of the start alone at the last linearisation, which began at column `first`
+    const auto ownGain = [&](const MachineState<double>& at, int first) {
+      Eigen::MatrixXd own = h.block(first, first, w, w);
+      Eigen::VectorXd right = b.segment(first, w);
       for (int k = 0; k < w; ++k) {
-        const double prior = scaleOf(k, displacement_prior, rate_prior, current_prior);
-        own(k, k) = own(k, k) * (1.0 + damping) + 1.0 / (prior * prior);
-        right[k] += (valueOf(guess, k) - valueOf(best, k)) / (prior * prior);
+        const double prior = scaleOf(k, prior_of_start);
+        own(k, k) += 1.0 / (prior * prior);
+        right[k] += (valueOf(guess, k) - valueOf(at, k)) / (prior * prior);
       }
-      const Eigen::VectorXd step = own.ldlt().solve(right);
-      if (!step.allFinite()) break;
-      start = moved(best, step);
+      const Eigen::VectorXd solved = own.ldlt().solve(right);
+      return solved.allFinite() ? std::max(0.0, right.dot(solved)) : 1e300;
+    };
+    if (follow && !fresh && local.window_response[number].size() != 0) {
+      const MachineState<double> followed = moved(start, local.window_response[number] * way);
+      bool finite = true;
+      for (const double v : followed.mechanics) finite = finite && std::isfinite(v);
+      if (finite) guess = start = followed;
+      if (finite) ringFollows(guess);
     }
-    if (best_h.size() != 0) start = best;
-    if (!linearise(start, true) || !std::isfinite(window_squares)) {
+    // a start kept from the last evaluation is mostly good as it stands: then one linearisation does
+    bool good = !fresh && linearise(start, true) && ownGain(start, g) < linear_share * window_squares;
+    if (!good) {
+      // begin where the last evaluation ended, where the window before led to, or at what was measured
+      std::vector<MachineState<double>> guesses;
+      if (!fresh) guesses.push_back(start);
+      if (static_cast<int>(led_to.mechanics.size()) == mechanics) guesses.push_back(led_to);
+      for (const MeasuredFrom span : {MeasuredFrom{0, 8}, MeasuredFrom{-2, 5}})  // the second sees through an impact
+        guesses.push_back(stateFromMeasurement(rec, base_model, whole.spin, window.first, span));
+      for (auto& one : guesses) ringFollows(one);
+      start = bestGuess(guesses);
+      guess = start;
+      // refine the start, the run's unknowns held
+      double damping = 1e-4, best_squares = 1e300;
+      MachineState<double> best = start;
+      Eigen::MatrixXd best_h;
+      Eigen::VectorXd best_b;
+      const int passes = options.window_passes + (fresh ? 8 : 1);
+      for (int pass = 0; pass < passes; ++pass) {
+        const bool finite = linearise(start, false);
+        const bool better = finite && window_squares < best_squares;
+        const double drop = best_squares - window_squares;
+        if (better) {
+          best = start;
+          best_squares = window_squares;
+          best_h = h.topLeftCorner(w, w);
+          best_b = b.head(w);
+          damping = std::max(damping * 0.1, 1e-7);
+        } else {
+          if (best_h.size() == 0) break;
+          damping = std::min(std::max(damping * 30.0, 1e-3), 1e8);
+        }
+        if (better && pass > 0 && drop < 2e-3 * best_squares) break;
+        Eigen::MatrixXd own = best_h;
+        Eigen::VectorXd right = best_b;
+        for (int k = 0; k < w; ++k) {
+          const double prior = scaleOf(k, prior_of_start);
+          own(k, k) = own(k, k) * (1.0 + damping) + 1.0 / (prior * prior);
+          right[k] += (valueOf(guess, k) - valueOf(best, k)) / (prior * prior);
+        }
+        const Eigen::VectorXd step = own.ldlt().solve(right);
+        if (!step.allFinite()) break;
+        start = moved(best, step);
+      }
+      if (best_h.size() != 0) start = best;
+      good = linearise(start, true);
+    }
+    if (!good || !std::isfinite(window_squares)) {
       normal.finite = false;
       led_to = {};
+      if (options.all_or_nothing) return normal;
       continue;
     }
     // eliminate the window
@@ -234,24 +297,40 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
       for (int j = 0; j < w; ++j) between(i, j) = h(order[i], g + j);
     }
     for (int k = 0; k < w; ++k) {
-      const double prior = scaleOf(k, displacement_prior, rate_prior, current_prior);
+      const double prior = scaleOf(k, prior_of_start);
       own(k, k) += 1.0 / (prior * prior);
       own_b[k] += (valueOf(guess, k) - valueOf(start, k)) / (prior * prior);
     }
     const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+    for (int k = 0; k < w; ++k)
+      occam += std::log(std::max(factor.vectorD()[k], 1e-300)) +
+               2.0 * std::log(scaleOf(k, prior_of_start));
     const Eigen::VectorXd solved = factor.solve(own_b);
-    run_h += outer - between * factor.solve(between.transpose());
-    const Eigen::VectorXd reduced = outer_b - between * solved;
+    if (g > 0) {
+      Eigen::MatrixXd response = -factor.solve(between.topRows(g).transpose());
+      for (int k = 0; k < g; ++k)
+        if (x[k] + steps_[k] > space_.coordinates()[k].upper) response.col(k) *= -1.0;  // was stepped downwards
+      local.window_response[number] = std::move(response);
+    }
+    const double gain = std::max(0.0, own_b.dot(solved));
+    const double left = std::max(window_squares - std::min(gain, 0.5 * window_squares), score_floor);
+    const double residuals = static_cast<double>(n) * channels;
+    // a window that an impact has thrown off must not outweigh all others: beyond the noise its squares count by their
+    // logarithm
+    const double excess = std::max(0.0, left / residuals - 1.0);
+    const double weight = 1.0 / (1.0 + excess / robust_excess);
+    run_h += weight * (outer - between * factor.solve(between.transpose()));
+    const Eigen::VectorXd reduced = weight * (outer_b - between * solved);
     run_g += reduced;
     if (g > 0) scores.col(static_cast<long>(number)) = reduced.head(g);
-    const double gain = std::max(0.0, own_b.dot(solved));
-    chi2 += window_squares - std::min(gain, 0.5 * window_squares);
+    chi2 += excess > 0.0 ? residuals * (1.0 + robust_excess * std::log1p(excess / robust_excess)) : left;
     // after the linear refinement: what the window's own fit leaves
     squares += std::max(window_squares - gain, score_floor);
-    count += static_cast<double>(n) * std::count_if(rec.noise.begin(), rec.noise.end(), [](double s) { return s > 0.0; });
+    count += residuals;
     // the linear step is taken next time where it is small; the state that this window leads to goes on from here
-    kept = gain < 0.1 * window_squares ? moved(start, solved) : start;
+    kept = gain < linear_share * window_squares ? moved(start, solved) : start;
     led_to = end_state;
+    if (ring >= 0) std::copy_n(end_state.mechanics.begin() + ring, 2, ring_speed);
     if (options.keep_prediction)
       for (long i = 0; i < n; ++i)
         for (int c = 0; c < predicted_channels; ++c)
@@ -285,6 +364,7 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
   }
   normal.chi2 = chi2;
   normal.squares = squares;
+  normal.occam = occam;
   normal.count = count;
   result.mean_square = count > 0.0 ? squares / count : 0.0;
   result.finite = normal.finite;

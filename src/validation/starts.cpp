@@ -33,7 +33,42 @@ double largestCurrent(const std::vector<Recording>& recordings) {
   return largest;
 }
 
+/// How deep an end goes into its auxiliary bearing: exceeded in a tenth of the samples that touch [m]; 0: none does.
+double typicalPenetration(const Model& belief, const std::vector<Recording>& recordings) {
+  const auto& planes = belief.rig.planes;
+  const double span = planes.sensor[1] - planes.sensor[0];
+  std::vector<double> depths;
+  for (const auto& r : recordings) {
+    if (!r.holdsContact()) continue;
+    for (long i = 0; i < r.samples; ++i) {
+      const double* m = r.measured.data() + i * predicted_channels;
+      for (const double z : planes.aux) {
+        const double share = span != 0.0 ? (z - planes.sensor[0]) / span : 0.5;
+        const double radius = std::hypot(m[0] + share * (m[2] - m[0]), m[1] + share * (m[3] - m[1]));
+        const double depth = radius - belief.rig.auxiliary_bearing.clearance_m;
+        if (depth > 0.0) depths.push_back(depth);
+      }
+    }
+  }
+  if (depths.empty()) return 0.0;
+  const auto at = depths.begin() + static_cast<long>(0.9 * static_cast<double>(depths.size() - 1));
+  std::nth_element(depths.begin(), at, depths.end());
+  return *at;
+}
+
 }  // namespace
+
+void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
+                 double& upper) {
+  if (effect != "compliant_mount") return;
+  const double mass = belief.rig.rotor.mass_kg, stiffness = belief.rig.auxiliary_bearing.stiffness_N_per_m;
+  if (parameter == "stiffness_N_per_m") lower = std::max(lower, 0.01 * stiffness);
+  if (parameter == "damping_N_s_per_m") upper = std::min(upper, 3.0 * std::sqrt(0.1 * stiffness * mass));
+  if (parameter == "mass_kg") {
+    lower = std::max(lower, 1e-3 * mass);
+    upper = std::min(upper, 0.5 * mass);
+  }
+}
 
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason) {
@@ -102,21 +137,25 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   if (effect == "control_delay") return {with({rig.controller.delay_s})};
   if (effect == "eddy_current_lag") return {with({1e4}), with({1e3})};
   if (effect == "hertzian_contact") {
-    // the same energy as the linear law at penetrations of 2 and 8 um
+    // the same energy as the linear law at the penetrations seen, or at lesser ones
+    const double seen = std::min(std::max(typicalPenetration(belief, recordings), 1e-6), 5e-5);
     std::vector<std::vector<double>> out;
-    for (double d : {2e-6, 8e-6}) out.push_back({1.25 * kc / std::sqrt(d), std::max(dc / (kc * d), 1e-3)});
+    for (double d : {seen, 0.4 * seen, 0.15 * seen}) out.push_back({1.25 * kc / std::sqrt(d), std::max(dc / (kc * d), 1e-3)});
     return out;
   }
   if (effect == "compliant_mount") {
     std::vector<std::vector<double>> out;
-    for (double share : {0.1, 0.4, 1.5}) out.push_back({share * kc, 0.3 * dc, 0.03 * rig.rotor.mass_kg});
+    for (double share : {0.1, 0.3, 1.0})
+      for (double mass : {0.005, 0.015, 0.04})
+        out.push_back({share * kc, 0.3 * std::sqrt(share * kc * mass * rig.rotor.mass_kg), mass * rig.rotor.mass_kg});
     return out;
   }
   if (effect == "velocity_dependent_friction") {
     const double mu = rig.auxiliary_bearing.friction_coefficient;
-    return {with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0})};
+    // the first is next to the believed law
+    return {with({1.05 * mu, 0.95 * mu, 1.5}), with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0})};
   }
-  if (effect == "inner_ring_spin") return {with({1e-5, 5e-3}), with({1e-4, 2e-2})};
+  if (effect == "inner_ring_spin") return {with({1e-5, 5e-3}), with({1e-4, 2e-2}), with({2e-3, 5e-3})};
   if (effect == "shaft_flexibility") {
     const double half = 0.575 * (rig.planes.aux[1] - rig.planes.aux[0]);
     const double middle = 0.5 * (rig.planes.aux[1] + rig.planes.aux[0]);

@@ -11,6 +11,9 @@
 namespace amb_rotor {
 namespace {
 
+/// Deepest penetration that the step through a Hertzian contact is made for [m].
+constexpr double hertz_penetration_m = 2e-5;
+
 double decelerationOf(const Model& model, double speed) {
   for (const auto& effect : model.effects)
     if (effect.id == "spin_drag") {
@@ -85,17 +88,29 @@ double freeStep(const Model& model) {
     const double frequency = effect.values[schema->indexOf("frequency_hz")];
     step = std::min(step, 0.4 / (two_pi * std::max(frequency, 1.0)));
   }
-  return std::max(step, 2e-6);
+  // lighter mounts follow their springs: stable down to 0.2 g, beyond which the prediction is refused as not finite
+  return std::max(step, 8e-6);
 }
 
 double contactStep(const Model& model) {
-  double step = 2e-5;
+  // 0.3 rad of the end's own oscillation on the contact's stiffness: Runge and Kutta's error in a step is then 2e-5 of
+  // the penetration, and touch-down and lift-off are met to 1/64 of a step
+  const auto& rig = model.rig;
+  double inverse_mass = 0.0;
+  for (const double z : rig.planes.aux) {
+    const double tilt = rig.rotor.transverse_inertia_kg_m2 > 0.0 ? z * z / rig.rotor.transverse_inertia_kg_m2 : 0.0;
+    inverse_mass = std::max(inverse_mass, 1.0 / rig.rotor.mass_kg + tilt);
+  }
+  double stiffness = rig.auxiliary_bearing.stiffness_N_per_m;
   for (const auto& effect : model.effects)
-    if (effect.id == "compliant_mount") {  // the mount's own motion under the contact's stiffness
-      const double stiffness = model.rig.auxiliary_bearing.stiffness_N_per_m + effect.values[0];
-      step = std::min(step, 0.3 / std::sqrt(stiffness / std::max(effect.values[2], 1e-6)));
-    }
-  return std::max(step, 2e-7);
+    if (effect.id == "hertzian_contact")  // the slope at a penetration that is rarely passed
+      stiffness = std::max(stiffness, 1.5 * effect.values[0] * std::sqrt(hertz_penetration_m));
+  double step = std::min(5e-5, 0.3 / std::sqrt(stiffness * inverse_mass));
+  for (const auto& effect : model.effects)
+    if (effect.id == "compliant_mount")  // the mount's own motion under the contact's stiffness
+      step = std::min(step, 0.5 / std::sqrt((stiffness + effect.values[0]) / std::max(effect.values[2], 1e-6)));
+  // lighter mounts follow their springs: stable down to 0.2 g, beyond which the prediction is refused as not finite
+  return std::max(step, 8e-6);
 }
 
 namespace {
@@ -118,8 +133,8 @@ void parabola(const Recording& rec, int channel, long from, long count, long at,
 
 }  // namespace
 
-MachineState<double> stateFromMeasurement(const Recording& rec, const Model& model, Spin spin, long first) {
-  constexpr long count = 8;
+MachineState<double> stateFromMeasurement(const Recording& rec, const Model& model, Spin spin, long first,
+                                          const MeasuredFrom& span) {
   const Machine<double> machine({&model}, spin);
   const Drive<double> drive;
   const Simulator<double> sim(machine, drive, rec.run.sample_rate_hz);
@@ -129,7 +144,7 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
   const bool controlled = machine.ambModel() == AmbModel::linear;
   const auto& rig = model.rig;
   double value[4], slope[4];
-  for (int a = 0; a < 4; ++a) parabola(rec, a, first, count, first, value[a], slope[a]);
+  for (int a = 0; a < 4; ++a) parabola(rec, a, first + span.from, span.count, first, value[a], slope[a]);
   const int n = machine.rotor().modes();
   for (int axis = 0; axis < 2; ++axis) {
     // two sensors, two rigid coordinates
@@ -143,6 +158,25 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
         q[1] = (b - a) / (zb - za);
         q[0] = a - za * q[1];
       }
+    }
+  }
+  if (machine.mountState() >= 0) {
+    // a mount gives way by its share of what the rotor went in
+    double stiffness = 0.0;
+    for (const auto& effect : model.effects)
+      if (effect.id == "compliant_mount") stiffness = effect.values[0];
+    const double contact = rig.auxiliary_bearing.stiffness_N_per_m;
+    for (int end = 0; end < 2; ++end) {
+      double* centre = state.mechanics.data() + machine.mountState() + 4 * end;
+      const double tilt = n > 1 ? rig.planes.aux[end] : 0.0;
+      const double* q = state.mechanics.data();
+      const double dx = q[0] + tilt * (n > 1 ? q[1] : 0.0) - centre[0];
+      const double dy = q[n] + tilt * (n > 1 ? q[n + 1] : 0.0) - centre[1];
+      const double radius = std::hypot(dx, dy), depth = radius - rig.auxiliary_bearing.clearance_m;
+      if (depth <= 0.0) continue;
+      const double share = depth * contact / (contact + stiffness) / radius;
+      centre[0] += share * dx;
+      centre[1] += share * dy;
     }
   }
   for (int a = 0; a < 4; ++a) {

@@ -75,6 +75,9 @@ class Machine {
   AmbModel ambModel() const { return amb_model_; }
   Spin spin() const { return spin_; }
   bool isFlexible() const { return rotor_.modes() > 2; }
+  /// Where the mounts' states begin (b, b' of end a, then b), and the rings' speeds; below 0: there are none.
+  int mountState() const { return mount_ != nullptr ? mount_->offset : -1; }
+  int ringState() const { return ring_ != nullptr ? ring_->offset : -1; }
 
   /// Fills the effects' part of a state with its starting values.
   void initialise(S* state) const;

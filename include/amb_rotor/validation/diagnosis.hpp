@@ -50,6 +50,7 @@ struct Diagnosis {
   std::vector<FittedParameter> nuisance;
   std::vector<Candidate> ranking;
   std::vector<DiagnosisStep> steps;
+  std::vector<std::string> withdrawn;   ///< adopted on the way, needless beside what was adopted later
   Unexplained unexplained;
   std::vector<std::string> sentences;   ///< where the baseline fails, readable in one look
   Model adopted;                        ///< the belief with all steps and the refitted nuisance
@@ -59,7 +60,6 @@ struct Diagnosis {
 
 struct DiagnosisOptions {
   std::vector<std::string> candidates;  ///< empty: the whole catalogue
-  bool quick = false;                   ///< fewer runs and candidates' iterations, for a demonstration
   int threads = 0;
   int most_steps = 3;
   Progress progress;

@@ -25,6 +25,7 @@ struct NormalEquations {
   double chi2 = 0.0;   ///< with the priors of the local unknowns, without those of the coordinates
   double squares = 0.0;  ///< of the residuals alone, each over its noise
   double count = 0.0;  ///< residuals
+  double occam = 0.0;  ///< log det of the windows' unknowns' curvature over their priors': what free starts cost
   Eigen::MatrixXd scores;  ///< sum over blocks of time of the outer product of their scores
   bool finite = true;
 
@@ -38,6 +39,8 @@ struct LocalState {
   int angle_searches = 0;                ///< over the whole turn, so far
   double angle_rad = 0.0;                ///< at standstill
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
+  std::vector<Eigen::MatrixXd> window_response;    ///< how it moves with the coordinates, about those of the start
+  Eigen::VectorXd window_at;                       ///< the coordinates that the starts belong to
   double offset_m[4] = {0, 0, 0, 0}, drift_m[4] = {0, 0, 0, 0};  ///< drift: over the whole run
 };
 
@@ -54,6 +57,8 @@ struct EvaluationOptions {
   bool scores = false;       ///< fill NormalEquations::scores
   bool keep_prediction = false;
   int window_passes = 1;     ///< refinements of the windows' starts
+  int window_stride = 1;     ///< of groups of ten windows: only every so many-th
+  bool all_or_nothing = false;  ///< a window whose prediction does not stay finite ends the run's evaluation
 };
 
 /// One model class (belief and fitted effects) against recordings.
@@ -63,6 +68,7 @@ class FitProblem {
   FitProblem(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m);
 
   const FitSpace& space() const { return space_; }
+  bool holdsContact(int recording) const { return recordings_[recording].holdsContact(); }
   /// Evaluates the recordings of the given indices (into the list of the constructor), in parallel.
   NormalEquations evaluate(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
                            const EvaluationOptions& options, std::vector<RunResult>* results = nullptr) const;
@@ -70,8 +76,8 @@ class FitProblem {
  private:
   NormalEquations evaluateFree(const std::vector<Model>& models, const Recording& rec, LocalState& local,
                                const EvaluationOptions& options, RunResult& result) const;
-  NormalEquations evaluateWindows(const std::vector<Model>& models, const Recording& rec, LocalState& local,
-                                  const EvaluationOptions& options, RunResult& result) const;
+  NormalEquations evaluateWindows(const Eigen::VectorXd& x, const std::vector<Model>& models, const Recording& rec,
+                                  LocalState& local, const EvaluationOptions& options, RunResult& result) const;
   bool dependsOnAngle(const Model& model) const;
 
   const std::vector<Recording>& recordings_;
@@ -83,7 +89,8 @@ class FitProblem {
 struct FitOptions {
   int most_iterations = 8;
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
-  int first_window_passes = 1;
+  int first_window_passes = 5, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
+  int window_stride = 1;     ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
   double give_up_chi2 = 1e300;  ///< stop at once where the foreseen gain does not come near this
   bool covariance = true;    ///< linearise once more at the end; false: the covariance is that of the last iteration

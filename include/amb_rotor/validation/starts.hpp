@@ -12,4 +12,9 @@ namespace amb_rotor {
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason);
 
+/// Narrows a parameter's range to what is physical on this rig, e.g. a mount that is lighter than the rotor. A soft or
+/// stuck mount would otherwise stand wherever a window through contact likes it best.
+void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
+                 double& upper);
+
 }  // namespace amb_rotor

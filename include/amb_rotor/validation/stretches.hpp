@@ -22,8 +22,14 @@ ShaftInstant shaftAt(const Recording& rec, const Model& model, double time);
 double freeStep(const Model& model);
 double contactStep(const Model& model);
 
+/// Instants that a local parabola goes through: the first of them, counted from the one looked at, and how many.
+struct MeasuredFrom {
+  long from = 0, count = 8;
+};
+
 /// A starting state at instant `first`, read off the measurement by local parabolas: mechanics, currents, and what the
 /// controller would remember.
-MachineState<double> stateFromMeasurement(const Recording& rec, const Model& model, Spin spin, long first);
+MachineState<double> stateFromMeasurement(const Recording& rec, const Model& model, Spin spin, long first,
+                                          const MeasuredFrom& span = {});
 
 }  // namespace amb_rotor

@@ -111,8 +111,8 @@ def improve(args, out: pathlib.Path, share: pathlib.Path) -> tuple[list, dict]:
 
     candidates = [] if args.full else CANDIDATES
     say("\namb diagnose config/tutorial/measured"
-        + ("" if args.full else "".join(f" --effect {name}" for name in candidates) + " --quick"))
-    asked = argparse.Namespace(candidates=candidates, quick=not args.full, threads=0, steps=1, overrides=[])
+        + ("" if args.full else "".join(f" --effect {name}" for name in candidates)))
+    asked = argparse.Namespace(candidates=candidates, threads=0, steps=1, overrides=[])
     _, _, diagnosis, adopted = diagnose.diagnose(folder, None, asked)
     diagnose.print_diagnosis(diagnosis)
     if not diagnosis["steps"]:

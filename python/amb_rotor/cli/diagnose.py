@@ -22,7 +22,6 @@ def add_arguments(parser) -> None:
     models.add_set(parser)
     parser.add_argument("--effect", metavar="ID", action="append", default=[], dest="candidates",
                         help="only this candidate; may be repeated (default: the whole catalogue)")
-    parser.add_argument("--quick", action="store_true", help="fewer runs and iterations")
     parser.add_argument("--steps", type=int, default=3, help="effects adopted at most (default: 3)")
     parser.add_argument("--threads", type=int, default=0, help="default: all cores")
     common.add_out(parser, "diagnose")
@@ -110,7 +109,7 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     dataset = _core.read_dataset(str(folder))
     model = load_model(model_path, args.overrides, dataset.belief)
     with Bar("diagnosing") as bar:
-        diagnosis, adopted = _core.diagnose(model, dataset, candidates=args.candidates, quick=args.quick,
+        diagnosis, adopted = _core.diagnose(model, dataset, candidates=args.candidates,
                                             threads=args.threads, most_steps=args.steps, progress=bar)
     return dataset, model, diagnosis, adopted
 

@@ -1,0 +1,97 @@
+#pragma once
+// Fits of the belief with further effects to a data set's runs, and what they are measured against.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/validation/diagnosis.hpp"
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+
+using Settings = std::vector<EffectSetting>;
+
+/// One fit: the belief with some effects, the last of which is the one on trial.
+struct Trial {
+  std::string effect;
+  FitResult fit;
+  std::vector<LocalState> local;
+  std::shared_ptr<FitSpace> space;
+  bool excited = true;
+  int stride = 1;  ///< of the windows through contact that it was fitted to
+  std::string note;
+  double evidence = -1e300;
+  CandidateErrors errors;
+
+  bool usable() const { return excited && fit.finite; }
+  /// Its effects with the values that the fit found.
+  Settings effects() const;
+  Eigen::VectorXd nuisance() const { return fit.x.head(space->nuisances()); }
+};
+
+bool needsContact(const std::string& effect);
+
+/// What candidates are measured against: the model without them, through the runs that count for them.
+struct References {
+  Trial free, contact, sparse;  ///< sparse: `contact` at the windows of a first look
+  QuadraticPrior prior;         ///< what the free runs say of the nuisance, for fits to the runs with contact alone
+
+  const Trial& of(const Trial& trial) const {
+    return !needsContact(trial.effect) ? free : trial.stride > 1 ? sparse : contact;
+  }
+};
+
+/// Which runs a fit takes.
+enum class Through {
+  free,           ///< runs without contact
+  all,            ///< all runs
+  contact         ///< runs with contact, the others as a prior on the nuisance
+};
+
+struct FitEffort {
+  Through through = Through::free;
+  int iterations = 10;
+  bool scores = false;      ///< robust covariance
+  bool first_look = false;  ///< few attempts, no covariance, only some of the windows through contact
+  int stride = 4;           ///< of those in a first look
+};
+
+class Candidates {
+ public:
+  Candidates(const Model& belief, const Dataset& dataset);
+
+  const Model& belief() const { return belief_; }
+  const std::vector<Recording>& recordings() const { return recordings_; }
+  double offsetStd() const { return offset_std_; }
+  bool haveContact() const { return !fit_contact_.empty(); }
+
+  /// @param nuisance  where to start; null: the belief
+  /// @param prior     for Through::contact
+  Trial fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
+            const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
+  /// Errors on the runs to validate; keeps their local unknowns in the trial.
+  CandidateErrors judge(Trial& trial, bool with_contact) const;
+  /// Half the drop of the BIC.
+  double evidence(const Trial& trial, const Trial& against) const;
+  /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows.
+  References referencesOf(const Trial& free, const Trial& all) const;
+
+  /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
+  Trial look(const std::string& effect, const Settings& adopted, const References& references) const;
+  /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
+  void finish(std::vector<Trial>& trials, const References& references,
+              const std::function<void(const std::string&)>& tell) const;
+
+ private:
+  Trial bestOf(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
+               const References& references, bool contact) const;
+  void value(Trial& trial, const References& references) const;
+
+  Model belief_;
+  std::vector<Recording> recordings_;
+  double offset_std_ = 0.0;
+  std::vector<int> fit_free_, fit_contact_, check_free_, check_contact_;
+};
+
+}  // namespace amb_rotor
