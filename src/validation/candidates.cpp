@@ -78,8 +78,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   if (effort.first_look) {
     options.attempts = 3;
     options.covariance = false;
-    const bool chained = !effects.empty() && effects.back().id == "inner_ring_spin";  // by the rings' speeds
-    if (effort.through == Through::contact && !chained) options.window_stride = trial.stride = effort.stride;
+    if (effort.through == Through::contact) options.window_stride = trial.stride = effort.stride;
   }
   std::vector<int> which = effort.through == Through::contact ? fit_contact_ : fit_free_;
   if (effort.through == Through::all) which.insert(which.end(), fit_contact_.begin(), fit_contact_.end());

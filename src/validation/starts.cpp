@@ -145,7 +145,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   }
   if (effect == "compliant_mount") {
     std::vector<std::vector<double>> out;
-    for (double share : {0.1, 0.3, 1.0})
+    for (double share : {0.15, 0.6})
       for (double mass : {0.005, 0.015, 0.04})
         out.push_back({share * kc, 0.3 * std::sqrt(share * kc * mass * rig.rotor.mass_kg), mass * rig.rotor.mass_kg});
     return out;
