@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/machine/bearing_response.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "bind.hpp"
 
@@ -131,6 +132,24 @@ void bindModes(py::module_& m) {
         return d;
       },
       py::arg("model"), py::arg("speed_hz"));
+  m.def(
+      "equivalent_bearings",
+      [](const Model& model, double speed_hz, const std::vector<double>& frequencies_hz) {
+        requireModes(model);
+        const Machine<double> machine({&model});
+        const auto rows = equivalentBearings(machine, radPerSecond(speed_hz), frequencies_hz);
+        const auto count = static_cast<py::ssize_t>(rows.size());
+        std::vector<double> stiffness, damping;
+        for (std::size_t axis = 0; axis < 4; ++axis)
+          for (const auto& row : rows) {
+            stiffness.push_back(row[axis].stiffness_N_per_m);
+            damping.push_back(row[axis].damping_N_s_per_m);
+          }
+        return py::make_tuple(ownedArray(std::move(stiffness), {4, count}),
+                              ownedArray(std::move(damping), {4, count}));
+      },
+      py::arg("model"), py::arg("speed_hz"), py::arg("frequencies_hz"),
+      "Equivalent stiffness [N/m] and damping [N s/m] of ax, ay, bx, by (rows) at frequencies (columns).");
 }
 
 }  // namespace amb_rotor

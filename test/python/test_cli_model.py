@@ -137,6 +137,14 @@ def test_margins_campbell_and_critical_speeds(tmp_path, capsys):
     assert cli.main(["margins", str(MODEL), "--out", str(tmp_path), "--json", str(tmp_path / "m.json")]) == 0
     margins = json.loads((tmp_path / "m.json").read_text())
     assert margins["zone"] == "A" and 1.0 < margins["peak"] < 3.0 and len(margins["loops"]) == 4
+    # k1 near rest is Ki kp - Ks (thesis 3.28): at 1 Hz what depends on the frequency is below 1e-4 of it
+    bearings = margins["equivalent"]
+    assert bearings["frequency_hz"][0] == pytest.approx(1.0)
+    for axis in modal.AXES:
+        assert bearings["stiffness_N_per_m"][axis][0] == pytest.approx(19.0 * 33458.0 - 39700.0, rel=1e-4)
+        assert len(bearings["damping_N_s_per_m"][axis]) == len(bearings["frequency_hz"])
+    assert (tmp_path / "equivalent.png").stat().st_size > 10000
+    assert "equivalent stiffness k1" in capsys.readouterr().out
     assert cli.main(["campbell", str(MODEL), "--points", "5", "--out", str(tmp_path), "--json", "-"]) == 0
     assert (tmp_path / "campbell.png").stat().st_size > 10000
     assert cli.main(["critical-speeds", str(MODEL), "--json", str(tmp_path / "k.json")]) == 0
