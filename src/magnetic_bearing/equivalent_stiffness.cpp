@@ -15,7 +15,7 @@ Complex pathResponse(const ControlPath& path, double frequency_hz) {
   Complex gain = path.controller(std::exp(jw * period));
   if (path.sensor) gain *= path.sensor(w);
   gain *= std::exp(-jw * path.delay_s) * (1.0 - delayed) / (jw * period);
-  gain *= path.amplifier_rate / (path.amplifier_rate + jw);
+  gain = (path.amplifier_rate * gain + jw * path.motional_gain) / (path.amplifier_rate + jw);
   if (path.relaxation_rates.empty()) return gain;
   Complex lag = 0.0;
   for (std::size_t k = 0; k < path.relaxation_rates.size(); ++k)

@@ -50,7 +50,8 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
   const int w = free_states + 4;  // unknowns of a window
   const bool offsets = offset_std_ > 0.0;
   const int r = offsets ? 8 : 0;  // unknowns of the run: offsets, drifts
-  const int coordinates = 2 * (free_states > 0 ? Machine<double>({&base_model}, whole.spin).rotor().modes() : 0);
+  const Machine<double> machine({&base_model}, whole.spin);
+  const int coordinates = 2 * (free_states > 0 ? machine.rotor().modes() : 0);
 
   std::vector<Window> windows;
   const long length = std::max<long>(8, std::lround(contact_window_s * rec.run.sample_rate_hz));
@@ -109,6 +110,11 @@ NormalEquations FitProblem::evaluateWindows(const std::vector<Model>& given, con
     const MachineState<double> guess = start;
     const auto scaleOf = [&](int k, double displacement, double rate, double current) {
       if (k >= free_states) return current;
+      if (k >= machine.electricsOffset()) {  // filters: value, slope; coils: current
+        const int order = machine.electrics().filterOrder(), place = k - machine.electricsOffset();
+        if (place >= 4 * order) return current;
+        return place % order == 0 ? displacement : rate;
+      }
       if (k < coordinates) return displacement;
       return k < 2 * coordinates ? rate : (k - 2 * coordinates) % 4 < 2 ? displacement : rate;
     };

@@ -5,6 +5,7 @@
 // Ki, Ks and the sensor's gain of each axis are central differences of the machine's own force and signal under a
 // translation of the rotor, so effects on coils, bearing forces and sensors are in. Left out, beside what the path
 // leaves out: tilts, cross-coupling of the axes, everything that depends on the shaft's angle but at angle 0.
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 
@@ -23,8 +24,16 @@ struct AxisSlopes {
 /// Slopes of ax, ay, bx, by at a spin [rad/s].
 std::array<AxisSlopes, 4> axisSlopes(const Machine<double>& machine, double speed);
 
-/// From the sensor's signal to the current of an axis, the sensor's gain left out. Needs AmbModel::linear.
-ControlPath controlPath(const Machine<double>& machine);
+/// The controller at a constant spin as  w' = a w + b s,  i = c w + d s  from the signals [m] to the commands [A] of
+/// ax, ay, bx, by: its own difference equations, taken column by column. Without the converters.
+struct ControllerMatrices {
+  Eigen::MatrixXd a, b, c, d;
+};
+ControllerMatrices controllerMatrices(const Machine<double>& machine, double speed);
+
+/// From the rotor's translation to the current of an axis (0 ax, 1 ay, 2 bx, 3 by). Needs AmbModel::linear; the
+/// machine must outlive the path.
+ControlPath controlPath(const Machine<double>& machine, double speed, int axis, double sensor_gain);
 
 /// k1 and d1 of ax, ay, bx, by, one row a frequency.
 std::vector<std::array<EquivalentBearing, 4>> equivalentBearings(const Machine<double>& machine, double speed,

@@ -6,7 +6,8 @@
 //   G(w) = H(w) C(exp(j w T)) exp(-j w t_d) (1 - exp(-j w T))/(j w T) A(w) E(w)                              (3.23)
 // H    sensor, and what filters its signal before the sample     C  the sampled controller, command = -C signal
 // t_d  delay [s]     (1 - exp(-j w T))/(j w T)  command held over the period T [s]
-// A    = a/(a + j w), amplifier     E = sum of w_k r_k/(r_k + j w), lags between current and force
+// A    = a/(a + j w), amplifier; with coils the rotor's motion adds j w g/(a + j w), g = Ki/(2 L) [A/m]
+// E = sum of w_k r_k/(r_k + j w), lags between current and force
 //
 // Range: 0 < w < pi/T. It is the response of the fundamental: the images of the held command at w + 2 pi n/T move a
 // rotor by less than (w T/2 pi)^2 of it. At w = 0 the gain is C(1), infinite with an integrator (3.27, 3.28).
@@ -23,6 +24,7 @@ struct ControlPath {
   double sample_rate_hz = 0.0;
   double delay_s = 0.0;
   double amplifier_rate = 0.0;  ///< a [1/s]
+  double motional_gain = 0.0;   ///< g [A/m]; 0 without coils
   std::vector<double> relaxation_weights, relaxation_rates;  ///< empty: no lag behind the current
   std::function<std::complex<double>(std::complex<double> z)> controller;  ///< C(z) [A/m]
   std::function<std::complex<double>(double w)> sensor;  ///< H(w); not set: 1
