@@ -2,10 +2,10 @@
 
 Over one period T of the controller the rotor, the amplifiers and the lags behind them are propagated by the matrix
 exponential under the held commands, with the command changing where the delay ends inside the period; the controller is
-its difference equation. An eigenvalue z of that map is the continuous s = ln(z)/T. Frequencies above half the sample
+its difference equation, whatever its kind. An eigenvalue z of that map is the continuous s = ln(z)/T. Frequencies above half the sample
 rate do not exist in it. A bearing without a controller (equivalent) has the eigenvalues of its state matrix.
 
-Left out: contact, the current limit, the static position under gravity.
+Left out: contact, the limits of current and voltage, the steps of the converters, the static position under gravity.
 """
 from __future__ import annotations
 
@@ -44,6 +44,8 @@ class Loop:
 
 def _held(parts) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
     """Mechanics, currents and lags: x' = a x + b command, signal = c x."""
+    if parts["coils"]:
+        return numpy.asarray(parts["a"]), numpy.asarray(parts["b"]), numpy.asarray(parts["c"])
     mechanics = parts["a"].shape[0]
     rates, weights = list(parts["relaxation_rates"]), list(parts["relaxation_weights"])
     lags = len(rates)
@@ -81,29 +83,25 @@ def closed_loop(parts) -> Loop:
     rest = max(parts["delay_s"] - whole * period, 0.0)
     before_a, before_b = _step(a, b, rest)
     after_a, after_b = _step(a, b, period - rest)
-    size, integral = a.shape[0], parts["ki"] != 0.0
-    # the state: plant, last signal, derivative, integral, commands u_(n-1) ... u_(n-1-whole)
-    blocks = 2 + integral + whole + 1
-    total = size + 4 * blocks
+    law = {name: numpy.asarray(matrix) for name, matrix in parts["controller"].items()}
+    size, memory = a.shape[0], law["a"].shape[0]
+    # the state: plant, the controller's memory, commands u_(n-1) ... u_(n-1-whole)
+    total = size + memory + 4 * (whole + 1)
     unit = numpy.eye(total)
-
-    def rows(block):
-        return unit[size + 4 * block:size + 4 * block + 4]
-
-    pole = math.exp(-2.0 * math.pi * parts["derivative_filter_hz"] * period)
-    # The signal is c x + e: rows of [state, e].
-    signal = numpy.hstack([c @ unit[:size], numpy.eye(4)])
 
     def wide(matrix):
         return numpy.hstack([matrix, numpy.zeros((matrix.shape[0], 4))])
 
-    derivative = pole * wide(rows(1)) + (1.0 - pole) / period * (signal - wide(rows(0)))
-    total_integral = wide(rows(2)) + period * signal if integral else 0.0 * signal
-    command = -(parts["kp"] * signal + parts["kd"] * derivative + parts["ki"] * total_integral)
-    commands = [command] + [wide(rows(2 + integral + k)) for k in range(whole + 1)]
+    # The signal is c x + e: rows of [state, e].
+    signal = numpy.hstack([c @ unit[:size], numpy.eye(4)])
+    states = wide(unit[size:size + memory])
+    commands = [law["c"] @ states + law["d"] @ signal]
+    for sample in range(whole + 1):
+        place = size + memory + 4 * sample
+        commands.append(wide(unit[place:place + 4]))
     # until the delay ends the command of sample n - 1 - whole is held, then that of n - whole
     plant = after_a @ (before_a @ wide(unit[:size]) + before_b @ commands[whole + 1]) + after_b @ commands[whole]
-    following = [plant, signal, derivative] + ([total_integral] if integral else []) + commands[:whole + 1]
+    following = [plant, law["a"] @ states + law["b"] @ signal] + commands[:whole + 1]
     matrix = numpy.vstack(following)
     return Loop(matrix[:, :total], matrix[:, total:], signal[:, :total], period, parts["a"].shape[0])
 

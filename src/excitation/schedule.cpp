@@ -79,17 +79,18 @@ void Schedule::unbalanceFactors(double time, double since, std::vector<double>& 
     if (f.type == FaultType::unbalance_step) out.push_back(faultShare(f, time, since));
 }
 
-double Schedule::current(int axis, double time) const {
+double Schedule::current(int axis, double sampled, double now) const {
   double sum = 0.0;
   for (const auto& e : excitations_)
-    if (e.kind == Excitation::Kind::current && 2 * e.end + e.axis == axis) sum += waveformValue(e, time, time);
+    if (e.kind == Excitation::Kind::current && 2 * e.end + e.axis == axis)
+      sum += waveformValue(e, std::max(sampled, e.start_s), now);
   return sum;
 }
 
-double Schedule::sensorOffset(int axis, double time) const {
+double Schedule::sensorOffset(int axis, double time, double since) const {
   double sum = 0.0;
   for (const auto& f : faults_)
-    if (f.type == FaultType::sensor_offset && addresses(f, axis)) sum += f.amount * faultShare(f, time);
+    if (f.type == FaultType::sensor_offset && addresses(f, axis)) sum += f.amount * faultShare(f, time, since);
   return sum;
 }
 

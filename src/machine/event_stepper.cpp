@@ -26,6 +26,7 @@ class EventStepper::System final : public HybridSystem {
     in.hold_speed = sim_->drive().hold_speed;
     in.bearing_on[0] = held_->bearing_on[0];
     in.bearing_on[1] = held_->bearing_on[1];
+    sim_->electricInputs(time, from_, *held_, in);
     const auto& track = sim_->track();
     double current[4];
     std::copy(state_->current, state_->current + 4, current);
@@ -106,6 +107,7 @@ bool EventStepper::advance(const Simulator<double>& sim, double from, double to,
   if (result_.status != IntegrationStatus::ok) return false;
   const auto& track = sim.track();
   track.move(track.decay(to - from), held.target, state.current, state.lag.data());
+  sim.readCoils(state);
   return true;
 }
 

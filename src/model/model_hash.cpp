@@ -36,6 +36,7 @@ std::string canonicalText(const Model& model, const EffectCatalogue& catalogue) 
   std::string text = std::string("rotor.model=") + rotorModelName(model.rotor_model) +
                      "\namb.model=" + ambModelName(model.amb_model) + "\n";
   for (const ModelField& field : modelFields(sorted, catalogue)) text += lineText(field.path, *field.value);
+  text += optionChoices(sorted);
   for (const EffectSetting& effect : sorted.effects) text += "effect=" + effect.id + "\n";
   const FlexibleModes& modes = model.flexible;
   if (modes.mass.empty()) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "amb_rotor/model/model_rules.hpp"
+#include "control_text.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -38,6 +39,7 @@ bool readAmb(YamlMap amb, Model& model) {
     values.bias_flux_density_T = amb.optionalNumber("bias_flux_density_T").value_or(0.0);
     values.amplifier_bandwidth_hz = amb.number("amplifier_bandwidth_hz");
     values.max_current_A = amb.number("max_current_A");
+    readCoil(amb, model);
   } else {
     values.stiffness_N_per_m = amb.number("stiffness_N_per_m");
     values.damping_N_s_per_m = amb.number("damping_N_s_per_m");
@@ -48,13 +50,18 @@ bool readAmb(YamlMap amb, Model& model) {
 
 void readController(YamlMap controller, Model& model) {
   auto& values = model.rig.controller;
-  controller.choice("type", {"pid"});
+  const int type = controller.choice("type", {"pid", "state_space"});
   values.sample_rate_hz = controller.number("sample_rate_hz");
-  values.kp_A_per_m = controller.number("kp_A_per_m");
-  values.kd_A_s_per_m = controller.number("kd_A_s_per_m");
-  values.ki_A_per_m_s = controller.number("ki_A_per_m_s");
-  values.derivative_filter_hz = controller.number("derivative_filter_hz");
   values.delay_s = controller.number("delay_s");
+  if (type < 0) return;
+  model.control.type = type == 0 ? ControllerType::pid : ControllerType::state_space;
+  if (type == 0) {
+    values.kp_A_per_m = controller.number("kp_A_per_m");
+    values.kd_A_s_per_m = controller.number("kd_A_s_per_m");
+    values.ki_A_per_m_s = controller.number("ki_A_per_m_s");
+    values.derivative_filter_hz = controller.number("derivative_filter_hz");
+  }
+  readControlOptions(controller, model);
   controller.finish();
 }
 
@@ -73,7 +80,7 @@ void readAuxiliaryBearing(YamlMap bearing, Model& model) {
 }
 
 void readUncertainty(YamlMap uncertainty, Model& model) {
-  const std::vector<std::string> known = uncertaintyNames(model.amb_model);
+  const std::vector<std::string> known = uncertaintyNames(model);
   for (const std::string& name : uncertainty.keys()) {
     const double value = uncertainty.number(name);
     const bool exact = value == 0.0 && std::find(known.begin(), known.end(), name) != known.end();
@@ -152,11 +159,13 @@ void readRig(YamlMap& rig, Model& model) {
   if (readAmb(rig.map("amb"), model)) {
     if (model.amb_model == AmbModel::linear) {
       readController(rig.map("controller"), model);
+      readSignalChain(rig, model);
     } else if (rig.has("controller")) {
       rig.fault("controller", "must be absent: an equivalent bearing has no controller");
     }
   } else {
     rig.has("controller");
+    rig.has("signal_chain");
   }
   readAuxiliaryBearing(rig.map("auxiliary_bearing"), model);
   model.rig.unbalance = readUnbalance(rig, "unbalance");
@@ -165,7 +174,7 @@ void readRig(YamlMap& rig, Model& model) {
   rig.finish();
   // Fields that have no meaning for this bearing model are 0, not NaN.
   Rig<double>::visit(model.rig, [&](const char* name, double& value) {
-    if (!rigFieldApplies(name, model.amb_model)) value = 0.0;
+    if (!rigFieldApplies(name, model)) value = 0.0;
   });
 }
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "amb_rotor/model/yaml_document.hpp"
+#include "control_text.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -84,7 +85,7 @@ void checkRelations(const Model& model, std::vector<Fault>& faults) {
 }
 
 void checkUncertainty(const Model& model, bool skip_unreadable, std::vector<Fault>& faults) {
-  const auto names = uncertaintyNames(model.amb_model);
+  const auto names = uncertaintyNames(model);
   for (const auto& entry : model.uncertainty) {
     const std::string path = "rig.uncertainty." + entry.first;
     if (std::find(names.begin(), names.end(), entry.first) == names.end()) {
@@ -96,6 +97,15 @@ void checkUncertainty(const Model& model, bool skip_unreadable, std::vector<Faul
            "must be from 0 (a standard deviation; relative, but rad for a phase, m for an offset)"});
     }
   }
+}
+
+/// A fault of the effect where the rig's field is not above 0.
+void requireField(const Model& model, const std::string& field, const std::string& effect,
+                  std::vector<Fault>& faults) {
+  Rig<double>::visit(model.rig, [&](const char* name, const double& value) {
+    if (field == name && value <= 0.0)
+      faults.push_back({"", 0, effect, "", "needs rig." + field + ", which is not stated: it would do nothing"});
+  });
 }
 
 void checkEffects(const Model& model, const EffectCatalogue& catalogue, bool skip_unreadable,
@@ -118,6 +128,7 @@ void checkEffects(const Model& model, const EffectCatalogue& catalogue, bool ski
                             std::to_string(schema->parameters.size())});
       continue;
     }
+    if (!schema->needs_field.empty()) requireField(model, schema->needs_field, path, faults);
     for (std::size_t i = 0; i < effect.values.size(); ++i) {
       const ParameterSchema& parameter = schema->parameters[i];
       const double value = effect.values[i];
@@ -195,16 +206,24 @@ bool rigFieldApplies(const std::string& path, AmbModel amb_model) {
   return of_equivalent || !(startsWith(path, "amb.") || startsWith(path, "controller."));
 }
 
+bool rigFieldApplies(const std::string& path, const Model& model) {
+  if (model.control.type == ControllerType::state_space && model.amb_model == AmbModel::linear)
+    for (const char* name : {"kp_A_per_m", "kd_A_s_per_m", "ki_A_per_m_s", "derivative_filter_hz"})
+      if (path == std::string("controller.") + name) return false;
+  return rigFieldApplies(path, model.amb_model);
+}
+
 std::vector<Fault> checkRig(const Model& model, bool skip_unreadable) {
   std::vector<Fault> faults;
   visitRig(model.rig, [&](const std::string& path, const char* name, const double& value) {
-    if (!rigFieldApplies(name, model.amb_model)) return;
+    if (!rigFieldApplies(name, model)) return;
     if (!std::isfinite(value) && skip_unreadable) return;
     const FieldLimit& limit = rigLimit(name);
     if (!std::isfinite(value) || !limit.holds(value))
       faults.push_back({"", 0, path, numberText(value), limit.text()});
   });
   checkRelations(model, faults);
+  checkOptions(model, skip_unreadable, faults);
   checkUncertainty(model, skip_unreadable, faults);
   return faults;
 }
@@ -228,8 +247,9 @@ void requireValid(const Model& model, const EffectCatalogue& catalogue) {
 std::vector<ModelField> modelFields(Model& model, const EffectCatalogue& catalogue) {
   std::vector<ModelField> fields;
   visitRig(model.rig, [&](const std::string& path, const char* name, double& value) {
-    if (rigFieldApplies(name, model.amb_model)) fields.push_back({path, &value});
+    if (rigFieldApplies(name, model)) fields.push_back({path, &value});
   });
+  for (OptionField& field : optionFields(model)) fields.push_back({"rig." + field.path, field.value});
   for (EffectSetting& effect : model.effects) {
     const EffectSchema* schema = catalogue.find(effect.id);
     if (schema == nullptr) continue;
@@ -239,10 +259,10 @@ std::vector<ModelField> modelFields(Model& model, const EffectCatalogue& catalog
   return fields;
 }
 
-std::vector<std::string> uncertaintyNames(AmbModel amb_model) {
+std::vector<std::string> uncertaintyNames(const Model& model) {
   std::vector<std::string> names;
   for (const FieldLimit& limit : rigLimits())
-    if (rigFieldApplies(limit.path, amb_model)) names.push_back(limit.path);
+    if (rigFieldApplies(limit.path, model)) names.push_back(limit.path);
   names.push_back("sensor.offset_m");
   return names;
 }

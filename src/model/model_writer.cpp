@@ -7,6 +7,7 @@
 
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/yaml_document.hpp"
+#include "control_text.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -23,7 +24,7 @@ std::string blockText(const Model& model, const std::string& block) {
   const std::string head = block + ".";
   Rig<double>::visit(model.rig, [&](const char* path, const double& value) {
     const std::string name = path;
-    if (name.compare(0, head.size(), head) != 0 || !rigFieldApplies(name, model.amb_model)) return;
+    if (name.compare(0, head.size(), head) != 0 || !rigFieldApplies(name, model)) return;
     if (name == "amb.bias_flux_density_T" && value == 0.0) return;  // not stated
     text += "    " + pairText(path + head.size(), value) + "\n";
   });
@@ -35,9 +36,11 @@ std::string rigText(const Model& model) {
   std::string text = "rig:\n  rotor:\n" + blockText(model, "rotor") + "  planes:\n";
   text += planeText("amb", rig.planes.amb) + planeText("sensor", rig.planes.sensor) +
           planeText("aux", rig.planes.aux);
-  text += std::string("  amb:\n    model: ") + ambModelName(model.amb_model) + "\n" + blockText(model, "amb");
+  text += std::string("  amb:\n    model: ") + ambModelName(model.amb_model) + "\n" + blockText(model, "amb") + coilText(model);
   if (model.amb_model == AmbModel::linear)
-    text += "  controller:\n    type: pid\n" + blockText(model, "controller");
+    text += std::string("  controller:\n    type: ") +
+            (model.control.type == ControllerType::pid ? "pid" : "state_space") + "\n" +
+            blockText(model, "controller") + controlText(model) + signalChainText(model);
   const auto& bearing = rig.auxiliary_bearing;
   text += "  auxiliary_bearing:\n    " + pairText("clearance_m", bearing.clearance_m) + "\n    " +
           pairText("rotor_radius_m", bearing.rotor_radius_m) + "\n    contact: {model: linear, " +

@@ -2,7 +2,8 @@
 // closes the sampled loop).
 //
 //   x' = A x + B i_force,   s = C x
-//   x        mechanics of machine/machine.hpp   i_force  ax, ay, bx, by [A]   s  sensors' signals [m]
+//   x        mechanics of machine/machine.hpp   i_force  ax, ay, bx, by [A]   s  signals that are sampled [m]
+// With coils, currents are in x and the commands take the place of i_force.
 //
 // Central differences of the machine's own equations, so every effect is in. What depends on the shaft's
 // angle (a crack) enters by its mean over a turn. Left out: contact; the static position under gravity or
@@ -10,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/machine/bearing_response.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "bind.hpp"
 
@@ -48,11 +50,15 @@ class Probe {
     in.far_from_contact = true;
     in.force_current[0] = {current[0], current[1]};
     in.force_current[1] = {current[2], current[3]};
+    std::copy(current, current + 4, in.target);
     Eigen::VectorXd out(n + 16);
     Observation<double> seen;
     machine_.observe(in, state.data(), out.data(), seen);
     Vec2<double> signal[2];
     machine_.signals(shaft_, state.data(), signal);
+    double sampled[4] = {signal[0].x, signal[0].y, signal[1].x, signal[1].y};
+    machine_.electrics().filtered(state.data() + machine_.electricsOffset(), sampled);
+    for (int e = 0; e < 2; ++e) signal[e] = {sampled[2 * e], sampled[2 * e + 1]};
     for (int e = 0; e < 2; ++e) {
       const Vec2<double> all[4] = {signal[e], seen.sensor_position[e], seen.amb_position[e],
                                    seen.aux_position[e]};
@@ -122,15 +128,40 @@ void bindModes(py::module_& m) {
         const auto& rig = machine.rig();
         d["amplifier_rate"] = radPerSecond(rig.amb.amplifier_bandwidth_hz);
         d["sample_rate_hz"] = rig.controller.sample_rate_hz;
-        d["kp"] = rig.controller.kp_A_per_m;
-        d["kd"] = rig.controller.kd_A_s_per_m;
-        d["ki"] = rig.controller.ki_A_per_m_s;
-        d["derivative_filter_hz"] = rig.controller.derivative_filter_hz;
+        d["coils"] = machine.electrics().coils();
         d["delay_s"] = rig.controller.delay_s;
-        d["controlled"] = machine.ambModel() == AmbModel::linear;
+        const bool controlled = machine.ambModel() == AmbModel::linear;
+        d["controlled"] = controlled;
+        if (controlled) {
+          const ControllerMatrices law = controllerMatrices(machine, radPerSecond(speed_hz));
+          py::dict matrices;
+          matrices["a"] = asArray(law.a);
+          matrices["b"] = asArray(law.b);
+          matrices["c"] = asArray(law.c);
+          matrices["d"] = asArray(law.d);
+          d["controller"] = matrices;
+        }
         return d;
       },
       py::arg("model"), py::arg("speed_hz"));
+  m.def(
+      "equivalent_bearings",
+      [](const Model& model, double speed_hz, const std::vector<double>& frequencies_hz) {
+        requireModes(model);
+        const Machine<double> machine({&model});
+        const auto rows = equivalentBearings(machine, radPerSecond(speed_hz), frequencies_hz);
+        const auto count = static_cast<py::ssize_t>(rows.size());
+        std::vector<double> stiffness, damping;
+        for (std::size_t axis = 0; axis < 4; ++axis)
+          for (const auto& row : rows) {
+            stiffness.push_back(row[axis].stiffness_N_per_m);
+            damping.push_back(row[axis].damping_N_s_per_m);
+          }
+        return py::make_tuple(ownedArray(std::move(stiffness), {4, count}),
+                              ownedArray(std::move(damping), {4, count}));
+      },
+      py::arg("model"), py::arg("speed_hz"), py::arg("frequencies_hz"),
+      "Equivalent stiffness [N/m] and damping [N s/m] of ax, ay, bx, by (rows) at frequencies (columns).");
 }
 
 }  // namespace amb_rotor

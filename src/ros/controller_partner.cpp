@@ -1,19 +1,19 @@
 #include <limits>
 
-#include "amb_rotor/magnetic_bearing/pid.hpp"
 #include "amb_rotor/ros/conversions.hpp"
 #include "amb_rotor/ros/partners.hpp"
 
 namespace amb_rotor {
 
 ControllerPartner::ControllerPartner(const Model& model)
-    : machine_(std::vector<const Model*>{&model}), model_hash_(hashNumber(model)) {}
+    : machine_(std::vector<const Model*>{&model}), controller_(machine_.controller()), model_hash_(hashNumber(model)) {}
 
 ControlCommand ControllerPartner::answer(const RotorState& state) const {
   ControlCommand answer;
   answerTo(state, model_hash_, answer);
   answer.command = state.command;
   answer.controller_memory = state.controller_memory;
+  answer.control_state = state.control_state;
   answer.queue = state.queue;
   answer.next_sample = state.next_sample;
   answer.valid_until = state.horizon;
@@ -22,11 +22,15 @@ ControlCommand ControllerPartner::answer(const RotorState& state) const {
   const auto& controller = machine_.rig().controller;
   const double soon = state.time + instant_tolerance_s;
   if (static_cast<double>(state.next_sample) / controller.sample_rate_hz <= soon) {
-    const Pid<double> pid(machine_.rig());
+    AMB_ROTOR_CHECK(answer.control_state.size() == controller_.memorySize() &&
+                        static_cast<int>(state.mechanics.size()) >= machine_.stateSize(),
+                    "the step's state belongs to this model");
     PidMemory<double> memory[4];
     readMemory(state.controller_memory, memory);
-    double command[4];
-    for (int a = 0; a < 4; ++a) command[a] = pid.sample(axisOf(state.sensor_signal, a), memory[a]);
+    double signal[4], command[4];
+    readAxes(state.sensor_signal, signal);
+    machine_.electrics().filtered(state.mechanics.data() + machine_.electricsOffset(), signal);
+    controller_.sample(signal, state.shaft.speed, memory, answer.control_state.data(), command);
     QueuedCommand queued;
     queued.due = static_cast<double>(state.next_sample) / controller.sample_rate_hz + controller.delay_s;
     queued.command = axisValues(command);

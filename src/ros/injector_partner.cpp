@@ -21,7 +21,9 @@ bool same(const FaultEvent& a, const FaultEvent& b) {
 }  // namespace
 
 InjectorPartner::InjectorPartner(const Model& model, const Scenario& scenario)
-    : scenario_(scenario), model_hash_(hashNumber(model)) {
+    : scenario_(scenario),
+      model_hash_(hashNumber(model)),
+      sample_rate_hz_(model.amb_model == AmbModel::linear ? model.rig.controller.sample_rate_hz : 0.0) {
   plan({});
 }
 
@@ -104,8 +106,9 @@ void InjectorPartner::fill(double from, double to, Injection& answer) const {
     }
   }
   double current[4], offset[4][4];
+  const double sampled = sample_rate_hz_ > 0.0 ? std::floor(from * sample_rate_hz_ + 1e-6) / sample_rate_hz_ : from;
   for (int a = 0; a < 4; ++a) {
-    current[a] = schedule.current(a, at[0]);
+    current[a] = schedule.current(a, sampled, at[0]);
     answer.bearing_on[a] = schedule.bearingOn(a, at[0]);
     for (int i = 0; i < 3; ++i) offset[i][a] = schedule.sensorOffset(a, std::min(at[i], to - before_end_s));
     offset[3][a] = schedule.sensorOffset(a, to);

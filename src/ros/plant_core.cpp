@@ -82,6 +82,7 @@ void PlantCore::start(const RunOptions& options) {
     on[a] = schedule.bearingOn(a, 0.0);
   }
   message_.controller_memory = memoryMessage(state_.controller);
+  message_.control_state = state_.control;
   message_.queue = queueMessage(state_.pending);
   message_.command = axisValues(state_.command);
   message_.next_sample = state_.next_sample;
@@ -190,6 +191,7 @@ bool PlantCore::advance(const ControlCommand& control, const ContactForces& cont
                                       axisOf(injection.sensor_offset_middle, a),
                                       axisOf(injection.sensor_offset_end, a), share);
   message_.controller_memory = control.controller_memory;
+  message_.control_state = control.control_state;
   message_.queue = control.queue;
   message_.command = control.command;
   message_.next_sample = control.next_sample;

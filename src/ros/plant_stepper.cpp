@@ -30,8 +30,7 @@ class PlantStepper::System final : public HybridSystem {
   System(const Machine<double>& machine, const CurrentTrack<double>& track)
       : machine_(machine),
         track_(track),
-        moving_(machine.stateSize() >
-                2 * machine.coordinates() + (machine.spin() == Spin::prescribed ? 0 : 2)) {}
+        moving_(machine.electricsOffset() > 2 * machine.coordinates()) {}
 
   int size() const override { return machine_.stateSize(); }
   int guards() const override { return 2; }
@@ -56,6 +55,7 @@ class PlantStepper::System final : public HybridSystem {
       (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) =
           step_->injection->bearing_on[a] ? 1.0 : 0.0;
     currentsAt(time, in);
+    electricsAt(time, in);
     injectedAt(time, in);
     in.contact_mode = state_->contact_mode;
     in.contact = now;
@@ -76,6 +76,10 @@ class PlantStepper::System final : public HybridSystem {
       const double inside = std::min(g.penetration, force / std::max(law.slope, 1.0));
       guard[end] = state_->contact_mode[end] != 0 ? inside : -inside;
     }
+  }
+
+  void readCoils(MachineState<double>& state) const {
+    machine_.electrics().currents(state.mechanics.data() + machine_.electricsOffset(), state.current);
   }
 
   void onEvent(int end, double, double*) override {
@@ -139,6 +143,17 @@ class PlantStepper::System final : public HybridSystem {
     track_.forceCurrent(current, lag_work_.data(), in.force_current);
   }
 
+  void electricsAt(double time, Inputs<double>& in) const {
+    std::copy(step_->target, step_->target + 4, in.target);
+    if (!machine_.electrics().filters()) return;
+    const Injection& injection = *step_->injection;
+    const double span = injection.valid_until - step_->from;
+    const double share = span > 0.0 ? (time - step_->from) / span : 0.0;
+    for (int a = 0; a < 4; ++a)
+      in.sensor_offset[a] = parabola(axisOf(injection.sensor_offset_start, a), axisOf(injection.sensor_offset_middle, a),
+                                     axisOf(injection.sensor_offset_end, a), share);
+  }
+
   void injectedAt(double time, Inputs<double>& in) const {
     const Injection& injection = *step_->injection;
     const double span = injection.valid_until - step_->from;
@@ -187,6 +202,7 @@ bool PlantStepper::advance(const StepInputs& inputs, MachineState<double>& state
   result_ = integrator_->advance(inputs.from, inputs.to, state.mechanics.data());
   if (result_.status != IntegrationStatus::ok) return false;
   track_.move(track_.decay(inputs.to - inputs.from), inputs.target, state.current, state.lag.data());
+  system_->readCoils(state);
   state.time = inputs.to;
   return true;
 }

@@ -63,8 +63,9 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   const int w = free_states + 4;  // unknowns of a window
   const bool offsets = offset_std_ > 0.0;
   const int r = offsets ? 8 : 0;  // unknowns of the run: offsets, drifts
-  const int ring = Machine<double>({&base_model}, whole.spin).ringState();
-  const int coordinates = 2 * (free_states > 0 ? Machine<double>({&base_model}, whole.spin).rotor().modes() : 0);
+  const Machine<double> machine({&base_model}, whole.spin);
+  const int ring = machine.ringState();
+  const int coordinates = 2 * (free_states > 0 ? machine.rotor().modes() : 0);
 
   std::vector<Window> windows;
   const long length = std::max<long>(8, std::lround(contact_window_s * rec.run.sample_rate_hz));
@@ -112,6 +113,11 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     if (!fresh) ringFollows(guess);
     const auto scaleOf = [&](int k, const Scales& scales) {
       if (k >= free_states) return scales.current;
+      if (k >= machine.electricsOffset()) {  // filters: value, slope; coils: current
+        const int order = machine.electrics().filterOrder(), place = k - machine.electricsOffset();
+        if (place >= 4 * order) return scales.current;
+        return place % order == 0 ? scales.displacement : scales.rate;
+      }
       if (k < coordinates) return scales.displacement;
       if (k < 2 * coordinates) return scales.rate;
       if (ring >= 0 && (k == ring || k == ring + 1)) return scales.ring;

@@ -16,17 +16,17 @@ std::string frequencyColumn(std::size_t mode) { return "frequency_" + std::to_st
 std::string stdColumn(std::size_t mode) { return "frequency_" + std::to_string(mode + 1) + "_std_hz"; }
 
 /// Fields of the rig that may be set beside the belief: not the unbalances, of which there are many.
-std::vector<std::string> conditionNames(AmbModel amb_model) {
+std::vector<std::string> conditionNames(const Model& model) {
   std::vector<std::string> names;
   for (const FieldLimit& limit : rigLimits()) {
     const std::string path = limit.path;
-    if (rigFieldApplies(path, amb_model) && path.compare(0, 10, "unbalance.") != 0) names.push_back(path);
+    if (rigFieldApplies(path, model) && path.compare(0, 10, "unbalance.") != 0) names.push_back(path);
   }
   return names;
 }
 
 void readConditions(YamlMap& modes, ModesDataset& dataset) {
-  const auto known = conditionNames(dataset.belief.amb_model);
+  const auto known = conditionNames(dataset.belief);
   for (const YamlNode& item : modes.list("conditions")) {
     const std::string path = modes.pathOf("conditions") + "." + std::to_string(dataset.conditions.size());
     if (std::find(known.begin(), known.end(), item.text) == known.end()) {

@@ -82,6 +82,8 @@ ShaftInstant shaftAt(const Recording& rec, const Model& model, double time) {
 
 double freeStep(const Model& model) {
   double step = 1e-4;
+  if (model.coil) step = std::min(step, 0.2 / radPerSecond(model.rig.amb.amplifier_bandwidth_hz));
+  if (model.signal_chain.anti_alias) step = std::min(step, 0.2 / radPerSecond(model.signal_chain.anti_alias->corner_hz));
   for (const auto& effect : model.effects) {
     if (effect.id != "shaft_flexibility" && effect.id != "foundation_resonance") continue;
     const EffectSchema* schema = effectCatalogue().find(effect.id);
@@ -129,6 +131,28 @@ void parabola(const Recording& rec, int channel, long from, long count, long at,
   const Eigen::Vector3d c = normal.ldlt().solve(right);
   value = c[0];
   slope = c[1] * rec.run.sample_rate_hz;
+}
+
+}  // namespace
+
+namespace {
+
+/// Runs the controller over the measured signals of the samples before `last`; before the recording it sees its first
+/// values.
+void warmUp(const Recording& rec, const Controller<double>& controller, double speed, long last,
+            MachineState<double>& state) {
+  constexpr long most_samples = 2000;  // 0.2 s at 10 kHz: slower memories of a law start short of their state
+  for (long k = last - most_samples; k < last; ++k) {
+    const double at = std::max(0.0, std::min(static_cast<double>(rec.samples - 1),
+                                             k * controller.period() * rec.run.sample_rate_hz));
+    const long i = std::min(static_cast<long>(at), rec.samples - 2);
+    double signal[4], unused[4];
+    for (int a = 0; a < 4; ++a) {
+      const double left = rec.measured[i * predicted_channels + a];
+      signal[a] = left + (at - i) * (rec.measured[(i + 1) * predicted_channels + a] - left);
+    }
+    controller.sample(signal, speed, state.controller, state.control.data(), unused, false);
+  }
 }
 
 }  // namespace
@@ -188,7 +212,11 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
   }
   if (controlled) {
     const double rate = rig.controller.sample_rate_hz, delay = rig.controller.delay_s;
+    const bool plain = machine.controlOptions().plain();
+    const Controller<double> controller = machine.controller();
     const long samples_before = static_cast<long>(std::ceil(delay * rate)) + 1;
+    // a law with a memory of its own first runs over what was measured
+    if (!plain) warmUp(rec, controller, shaftAt(rec, model, time).speed, state.next_sample - samples_before, state);
     for (long k = state.next_sample - samples_before; k < state.next_sample; ++k) {
       const double at = k / rate * rec.run.sample_rate_hz;  // in recorded instants
       PendingCommand<double> command;
@@ -196,8 +224,15 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
       for (int a = 0; a < 4; ++a) {
         const double s = value[a] + slope[a] * (at - first) / rec.run.sample_rate_hz;
         command.command[a] = -(rig.controller.kp_A_per_m * s + rig.controller.kd_A_s_per_m * slope[a]);
+        if (!plain) continue;
         state.controller[a].previous_signal = s;
         state.controller[a].derivative = slope[a];
+      }
+      if (!plain) {
+        double signal[4];
+        for (int a = 0; a < 4; ++a) signal[a] = value[a] + slope[a] * (at - first) / rec.run.sample_rate_hz;
+        controller.sample(signal, shaftAt(rec, model, time).speed, state.controller, state.control.data(),
+                          command.command, false);
       }
       if (command.due <= time + 1e-9)
         std::copy(command.command, command.command + 4, state.command);
@@ -205,6 +240,7 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
         state.pending.push_back(command);
     }
   }
+  machine.electrics().set(value, slope, state.current, state.mechanics.data() + machine.electricsOffset());
   if (spin != Spin::prescribed) {
     const ShaftInstant shaft = shaftAt(rec, model, time);
     state.mechanics[machine.stateSize() - 2] = shaft.angle;

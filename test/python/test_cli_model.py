@@ -15,6 +15,7 @@ from amb_rotor.errors import InputError  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODEL = ROOT / "config/thesis/levitation_model.yaml"
+ELECTRIC = ROOT / "config/thesis/levitation_electric.yaml"
 DROP = ROOT / "config/thesis/drop.yaml"
 TABLE = ROOT / "config/thesis/table_4_2"
 
@@ -54,6 +55,19 @@ def test_simulate_npz_holds_the_resolved_model_and_overrides_act(tmp_path):
             assert model.hash == str(file["model_hash"])
             hashes.add(model.hash)
     assert len(hashes) == 2
+
+
+def test_modes_of_a_state_space_controller_are_those_of_the_pid_that_it_is():
+    """levitation_electric.yaml has the PID of levitation_model.yaml as a b c d, to 10 digits."""
+    law = core.read_model(str(ELECTRIC)).with_overrides(["rig.controller.integrator_gain_A_per_m=0"])
+    text = law.text
+    for block, end in (("    coil:", "\n"), ("  signal_chain:", "  auxiliary_bearing:")):
+        start = text.index(block)
+        text = text[:start] + text[text.index(end, start) + (end == "\n"):]
+    found = modal.modes(core.parse_model(text, "law"), 60.0)
+    wanted = modal.modes(core.read_model(str(MODEL)), 60.0)
+    assert [mode.frequency_hz for mode in found] == pytest.approx([mode.frequency_hz for mode in wanted], rel=1e-8)
+    assert [mode.damping_ratio for mode in found] == pytest.approx([mode.damping_ratio for mode in wanted], rel=1e-7)
 
 
 @pytest.mark.parametrize("arguments, complaint", [
@@ -104,10 +118,15 @@ def test_modes_of_an_equivalent_bearing_are_the_closed_form(tmp_path):
     assert found[0].damping_ratio == pytest.approx(ratio, rel=1e-6) and found[0].whirl == "planar"
 
 
-def test_modes_of_the_sampled_loop_ring_as_the_run_does(tmp_path):
+@pytest.mark.parametrize("path, overrides", [
+    (MODEL, []),
+    # the steps of the converters and the slow integrator are no ringing
+    (ELECTRIC, ["rig.signal_chain.ad.bits=30", "rig.signal_chain.da.bits=30",
+                "rig.controller.integrator_gain_A_per_m=0"])])
+def test_modes_of_the_sampled_loop_ring_as_the_run_does(tmp_path, path, overrides):
     """The decay of a push in the event-accurate run has the frequency and damping of the linearised loop."""
-    model = core.read_model(str(MODEL)).with_overrides(["rig.gravity_m_s2=0", "rig.unbalance.0.moment_kg_m=0",
-                                                        "rig.rotor.polar_inertia_kg_m2=0"])
+    model = core.read_model(str(path)).with_overrides(["rig.gravity_m_s2=0", "rig.unbalance.0.moment_kg_m=0",
+                                                       "rig.rotor.polar_inertia_kg_m2=0"] + overrides)
     push = scenario(tmp_path).read_text().replace("faults: []", "faults: [{type: force_impulse, start_s: 0.001, "
            "duration_s: 0.001, force_N: 30.0, plane_z_m: 0.0, direction_rad: 0.0}]")
     columns = core.simulate(model, core.parse_scenario(push, "push"))["columns"]
@@ -137,6 +156,14 @@ def test_margins_campbell_and_critical_speeds(tmp_path, capsys):
     assert cli.main(["margins", str(MODEL), "--out", str(tmp_path), "--json", str(tmp_path / "m.json")]) == 0
     margins = json.loads((tmp_path / "m.json").read_text())
     assert margins["zone"] == "A" and 1.0 < margins["peak"] < 3.0 and len(margins["loops"]) == 4
+    # k1 near rest is Ki kp - Ks (thesis 3.28): at 1 Hz what depends on the frequency is below 1e-4 of it
+    bearings = margins["equivalent"]
+    assert bearings["frequency_hz"][0] == pytest.approx(1.0)
+    for axis in modal.AXES:
+        assert bearings["stiffness_N_per_m"][axis][0] == pytest.approx(19.0 * 33458.0 - 39700.0, rel=1e-4)
+        assert len(bearings["damping_N_s_per_m"][axis]) == len(bearings["frequency_hz"])
+    assert (tmp_path / "equivalent.png").stat().st_size > 10000
+    assert "equivalent stiffness k1" in capsys.readouterr().out
     assert cli.main(["campbell", str(MODEL), "--points", "5", "--out", str(tmp_path), "--json", "-"]) == 0
     assert (tmp_path / "campbell.png").stat().st_size > 10000
     assert cli.main(["critical-speeds", str(MODEL), "--json", str(tmp_path / "k.json")]) == 0

@@ -147,3 +147,27 @@ def test_fitting_helps_held_out_gains_but_something_stays(tmp_path):
 def test_the_limit_decides_the_exit_status(tmp_path):
     assert compare_modes(tmp_path, "--limit", "1.0", "-")[0] == 1
     assert compare_modes(tmp_path, "--limit", "5.0", "-")[0] == 0
+
+
+def test_a_data_set_may_have_a_controller_that_is_no_pid(tmp_path):
+    """The rig's PID written as a b c d predicts every run as the PID does."""
+    text = (MEASURED / "dataset.yaml").read_text()
+    line = next(row for row in text.splitlines() if row.strip().startswith("controller: {type: pid"))
+    pid = yaml.safe_load(line)["controller"]
+    period = 1.0 / pid["sample_rate_hz"]
+    pole = math.exp(-2 * math.pi * pid["derivative_filter_hz"] * period)
+    slope, damping = (1 - pole) / period, pid["kd_A_s_per_m"]
+    law = {"type": "state_space", "sample_rate_hz": pid["sample_rate_hz"], "delay_s": pid["delay_s"],
+           "a": [[0.0, 0.0], [-slope, pole]], "b": [[1.0], [slope]], "c": [[-damping * slope, damping * pole]],
+           "d": [[pid["kp_A_per_m"] + damping * slope]]}
+    shutil.copytree(MEASURED, tmp_path / "set")
+    (tmp_path / "set" / "dataset.yaml").write_text(text.replace(line, f"  controller: {json.dumps(law)}"))
+    results = []
+    for folder in (MEASURED, tmp_path / "set"):
+        out = tmp_path / f"{folder.name}.json"
+        assert cli.main(["compare", "-", str(folder), "--no-refit", "--out", str(tmp_path / "out"),
+                         "--json", str(out)]) == 0
+        results.append(json.loads(out.read_text()))
+    assert results[0]["error"] > 2.0 and results[0]["model_hash"] != results[1]["model_hash"]
+    # the same difference equation in another order: round-off, not grown by a stable loop
+    assert results[1]["by_run"] == pytest.approx(results[0]["by_run"], rel=1e-9)

@@ -123,6 +123,52 @@ TEST(GraphCore, FaultsAndExcitationsEqualMachine) {
     ASSERT_NEAR(graph.recording.angle[i], machine.angle[i], 1e-9) << "at " << machine.time[i] << " s";
 }
 
+/// A controller with a memory of its own, filters of the signals, converters of fine steps, coils.
+Model equippedModel() {
+  Model model = thesisModel();
+  auto& control = model.control;
+  control.main.sections = {{SectionType::lead_lag, {400.0, 1500.0}}};
+  control.decoupled = true;
+  control.tilt = control.main;
+  control.tilt.kp_A_per_m = 30000.0;
+  control.tilt.kd_A_s_per_m = 30.0;
+  // 60 Hz lie below the critical speeds: the loop's sensitivity is negative there, the correction is turned by pi
+  control.unbalance_rejection = UnbalanceRejection{3.0, 3.14159, 10.0, 1000.0, 3e-4};
+  model.signal_chain.anti_alias = AntiAliasFilter{2.0, 2500.0};
+  model.signal_chain.ad = Converter{30.0, 1e-3};
+  model.signal_chain.da = Converter{30.0, 5.0};
+  model.coil = CoilCircuit{3.0, 0.02, 120.0};
+  return model;
+}
+
+TEST(GraphCore, ControllerFiltersAndCoilsEqualMachine) {
+  const Model model = equippedModel();
+  Scenario scenario = readScenario(thesis + "levitation.yaml");
+  FaultEvent offset;
+  offset.type = FaultType::sensor_offset;
+  offset.start_s = 0.1;
+  offset.ramp_s = 0.01;
+  offset.amount = 1e-5;
+  scenario.faults.push_back(offset);
+  compare(model, scenario, contact_step, 0.0, false);
+  const GraphRun run = runGraph(model, scenario, contact_step);
+  EXPECT_FALSE(run.states.back().control_state.empty());
+  EXPECT_GT(largestDifference(run.recording, recordingOf(simulate(thesisModel(), scenario)),
+                              run.recording.time.size(), 3e-4),
+            displacement_tolerance)
+      << "it is another machine";
+}
+
+TEST(GraphCore, RespawnedControllersRememberNothingOfTheirOwn) {
+  Scenario scenario = readScenario(thesis + "levitation.yaml");
+  scenario.duration_s = 0.1;
+  const GraphRun one = runGraph(equippedModel(), scenario, contact_step);
+  const GraphRun two = runGraph(equippedModel(), scenario, contact_step, 301);
+  ASSERT_EQ(one.states.size(), two.states.size());
+  for (std::size_t i = 0; i < one.states.size(); ++i)
+    ASSERT_EQ(one.states[i].mechanics, two.states[i].mechanics) << "step " << i;
+}
+
 TEST(GraphCore, RespawnedPartnersChangeNothing) {
   Scenario scenario = readScenario(thesis + "overload.yaml");
   scenario.duration_s = 0.2;

@@ -144,7 +144,8 @@ class LinearLevitation {
             t >= e.start_s - 0.5 * tick && (e.duration_s <= 0.0 || t < e.start_s + e.duration_s - 0.5 * tick);
         if (!on) continue;
         if (e.kind == Excitation::Kind::current) {
-          target[2 * e.end + e.axis] += wave(e, t - e.start_s);  // held from its instant
+          const double sampled = std::floor(t / period + 1e-6) * period;  // held from the controller's instant
+          target[2 * e.end + e.axis] += wave(e, std::max(sampled, e.start_s) - e.start_s);
         } else {
           const double f = wave(e, 0.5 * (t + to) - e.start_s);
           const double fx = f * std::cos(e.direction_rad), fy = f * std::sin(e.direction_rad);

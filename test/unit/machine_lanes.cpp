@@ -124,6 +124,38 @@ TEST(MachineLanes, EffectsOfEveryPortEqualTheEventStepper) {
   }
 }
 
+/// Everything that a controller, a signal chain and coils may have, but the steps of the converters.
+Model equipped() {
+  Model model = heavy();
+  auto& control = model.control;
+  control.main.sections = {{SectionType::lead_lag, {400.0, 1500.0}}, {SectionType::notch, {2971.0, 0.02, 0.2}}};
+  control.decoupled = true;
+  control.tilt = control.main;
+  control.tilt.kp_A_per_m = 13000.0;
+  control.tilt.kd_A_s_per_m = 15.0;
+  control.unbalance_rejection = UnbalanceRejection{3.0, 0.2, 20.0, 2000.0, 2e-4};
+  model.signal_chain.anti_alias = AntiAliasFilter{2.0, 3000.0};
+  model.coil = CoilCircuit{3.0, 0.02, 60.0};
+  return model;
+}
+
+TEST(MachineLanes, ControllersFiltersAndCoilsEqualTheEventStepper) {
+  const Model model = equipped();
+  const Rows reference = byEvents(model, levitation());
+  ASSERT_EQ(reference.touching, 0);
+  ASSERT_GT(largest(reference.current[0]), 0.1);
+  // RK4 of 10 us of a filter and an amplifier of 2e4 rad/s: (w h)^5/120 = 3e-6 of what changes in a step
+  EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 1e-5)), 1e-5 * clearance);
+  EXPECT_GT(apart(reference, byEvents(heavy(), levitation())), 1e-3 * clearance) << "it is another machine";
+}
+
+TEST(MachineLanes, LanesOfDifferentOptionsAreRefused) {
+  const Model a = equipped();
+  Model b = equipped();
+  b.control.tilt.kp_A_per_m = 13001.0;
+  EXPECT_THROW((Machine<BaselineLanes>({&a, &b})), InvariantError);
+}
+
 TEST(MachineLanes, EachLaneIsItsOwnMachine) {
   ASSERT_GE(ScalarTraits<BaselineLanes>::lanes, 2u);
   const Model a = heavy();

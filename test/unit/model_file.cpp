@@ -139,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(
                                "stands twice"},
                     BrokenRule{"mass_kg: 3.36, ", "", "rig.rotor.mass_kg", "missing"},
                     BrokenRule{"mount: rigid", "mount: soft", "rig.auxiliary_bearing.mount", "must be rigid"},
-                    BrokenRule{"type: pid", "type: lqr", "rig.controller.type", "must be pid"},
+                    BrokenRule{"type: pid", "type: lqr", "rig.controller.type", "must be one of pid, state_space"},
                     BrokenRule{"model: linear, stiffness", "model: hertz, stiffness",
                                "rig.auxiliary_bearing.contact.model", "must be linear"},
                     BrokenRule{"gravity_m_s2: 0.0", "gravitation: 1\n  gravity_m_s2: 0.0", "rig.gravitation",

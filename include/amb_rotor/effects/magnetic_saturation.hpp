@@ -11,7 +11,7 @@ struct MagneticSaturation {
     return {"magnetic_saturation", "the iron saturates: force grows less than the current squared",
             "large control currents beside small ones",
             {parameter("knee_flux_density_T", "T", 0.05, 10.0, 1.2, 10.0, "of the iron")},
-            false};
+            false, false, "amb.bias_flux_density_T"};
   }
 
   template <class S>

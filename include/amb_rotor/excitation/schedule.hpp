@@ -41,10 +41,12 @@ class Schedule {
   /// Factors of unbalances().
   void unbalanceFactors(double time, double since, std::vector<double>& out) const;
   void unbalanceFactors(double time, std::vector<double>& out) const { unbalanceFactors(time, time, out); }
-  /// Excitation current of an axis (0 ax, 1 ay, 2 bx, 3 by) [A].
-  double current(int axis, double time) const;
-  /// Offset of a sensor axis [m].
-  double sensorOffset(int axis, double time) const;
+  /// Excitation current of an axis (0 ax, 1 ay, 2 bx, 3 by) [A]: the waveforms at `sampled`, the instant from which
+  /// they are held, of what is on at `now` (what starts between the two is held at its start).
+  double current(int axis, double sampled, double now) const;
+  /// Offset of a sensor axis [m] at a time between the instant `since` and the next.
+  double sensorOffset(int axis, double time, double since) const;
+  double sensorOffset(int axis, double time) const { return sensorOffset(axis, time, time); }
   /// Whether a bearing axis is on. Instants count from their time on.
   bool bearingOn(int axis, double time) const;
   /// Instants at which something jumps or kinks, sorted.

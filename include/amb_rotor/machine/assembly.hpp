@@ -20,6 +20,7 @@ void gatherRig(const std::vector<const Model*>& models, Rig<S>& rig) {
                         model->amb_model == models[0]->amb_model && model->rotor_model == models[0]->rotor_model &&
                         model->effects.size() == models[0]->effects.size(),
                     "all lanes must have the same structure");
+    AMB_ROTOR_CHECK(sameOptions(*model, *models[0]), "all lanes must have the same options of controller and coils");
     rigs.push_back(&model->rig);
   }
   rig.unbalance.resize(models[0]->rig.unbalance.size());

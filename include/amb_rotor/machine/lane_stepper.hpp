@@ -32,15 +32,18 @@ class LaneStepper {
     in.far_from_contact = !near;
     in.hold_speed = sim.drive().hold_speed;
     since_ = from;
+    sim.electricInputs(from, since_, held, in);
     in.bearing_on[0] = held.bearing_on[0];
     in.bearing_on[1] = held.bearing_on[1];
     if (machine.spin() == Spin::prescribed) in.shaft = sim.drive().shaft(from);
     sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
     if (!near) {
       for (int step = 0; step < steps; ++step) runStep(sim, from + step * h, h, state, held, in);
+      sim.readCoils(state);
       return true;
     }
     for (int step = 0; step < steps; ++step) stepThroughContact(sim, from + step * h, h, 0, state, held, in);
+    sim.readCoils(state);
     return true;
   }
 
@@ -91,6 +94,7 @@ class LaneStepper {
     sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
     if (prescribed) in.shaft = sim.drive().shaft(t + 0.5 * h);
     outside(sim, t + 0.5 * h, in);
+    sim.electricInputs(t + 0.5 * h, since_, held, in);
     machine.derivatives(in, work_.data(), k2_.data());
     for (int i = 0; i < n; ++i) work_[i] = y[i] + half * k2_[i];
     machine.derivatives(in, work_.data(), k3_.data());
@@ -99,6 +103,7 @@ class LaneStepper {
     sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
     if (prescribed) in.shaft = sim.drive().shaft(t + h);
     outside(sim, t + h, in);
+    sim.electricInputs(t + h, since_, held, in);
     machine.derivatives(in, work_.data(), k4_.data());
     for (int i = 0; i < n; ++i) y[i] += sixth * (k1_[i] + two * (k2_[i] + k3_[i]) + k4_[i]);
   }

@@ -5,17 +5,20 @@
 //   q   2n  rotor coordinates, x then y (rotor/modal_rotor.hpp)
 //   v   2n  their rates
 //   effects' states, in the order of effects/all.hpp
+//   filters of the signals and currents of the coils, where the model has them (magnetic_bearing/electrics.hpp)
 //   angle, speed of the shaft, only where the spin is a state (Spin::drag, Spin::free)
 // Everything else (currents, controller, contact mode, time) is in machine/state.hpp. The derivatives are a
 // pure function of inputs and state; nothing is remembered between calls.
 //
-// Currents are no state here: behind a held command they are known exactly (magnetic_bearing/amplifier.hpp).
+// Without coils currents are no state here: behind a held command they are known exactly (amplifier.hpp).
 #include <array>
 #include <memory>
 #include <vector>
 
 #include "amb_rotor/effects/effect.hpp"
 #include "amb_rotor/machine/contact.hpp"
+#include "amb_rotor/magnetic_bearing/controller.hpp"
+#include "amb_rotor/magnetic_bearing/electrics.hpp"
 
 namespace amb_rotor {
 
@@ -37,7 +40,9 @@ template <class S>
 struct Inputs {
   Shaft<S> shaft;               ///< ignored where the spin is a state
   bool hold_speed = false;      ///< where the spin is a state: the drive keeps the speed (run-in)
-  Vec2<S> force_current[2];     ///< the current that makes the force, end a, b [A]
+  Vec2<S> force_current[2];     ///< the current that makes the force, end a, b [A]; ignored with coils
+  S target[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};         ///< limited commands [A]; coils follow them
+  S sensor_offset[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< [m], in front of the filters of the signals
   Vec2<S> bearing_on[2] = {{S(1.0), S(1.0)}, {S(1.0), S(1.0)}};  ///< 1 on, 0 off, each axis
   const Vec2<S>* extra_force = nullptr;        ///< one for each ExtraPlanes::force_z_m [N]
   const S* extra_unbalance = nullptr;          ///< factor of each ExtraPlanes::unbalance
@@ -56,6 +61,7 @@ struct Observation {
   Vec2<S> aux_position[2];     ///< rotor at the auxiliary bearings, absolute [m]
   Vec2<S> aux_velocity[2];
   Vec2<S> bearing_force[2];    ///< magnetic, on the rotor [N]
+  S coil_voltage[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< of the + coils less the bias's; 0 without coils [V]
   Contact<S> contact[2];
   S ring_speed[2] = {S(0.0), S(0.0)};
 };
@@ -98,6 +104,12 @@ class Machine {
   Shaft<S> shaftOf(const S* state) const {
     return Shaft<S>::at(state[size_ - 2], state[size_ - 1], S(0.0));
   }
+  /// Filters and coils, and their place in a state.
+  const Electrics<S>& electrics() const { return electrics_; }
+  int electricsOffset() const { return electrics_offset_; }
+  const ControlOptions& controlOptions() const { return control_; }
+  /// The sampled controller of the rig behind all effects.
+  Controller<S> controller() const { return Controller<S>(rig_, control_, chain_); }
   /// Lags between current and force; empty: none.
   const std::vector<S>& relaxationWeights() const { return relaxation_weights_; }
   const std::vector<S>& relaxationRates() const { return relaxation_rates_; }
@@ -125,8 +137,13 @@ class Machine {
   ContactGeometry<S> geometryAt(int end, const S* state) const;
   Vec2<S> magneticForce(const Vec2<S>& current, const Vec2<S>& position, const Vec2<S>& velocity) const;
 
+  void electricRates(const Inputs<S>& in, const Shaft<S>& shaft, const S* state, S* rate, Observation<S>* seen) const;
+
   Spin spin_;
   AmbModel amb_model_;
+  ControlOptions control_;
+  SignalChain chain_;
+  Electrics<S> electrics_;
   Rig<S> rig_;
   ModalRotor<S> rotor_;
   std::vector<Part> parts_;
@@ -141,6 +158,7 @@ class Machine {
   std::size_t own_unbalances_ = 0;
   S net_stiffness_ = S(0.0), ring_arm_ = S(0.0);
   int cg_plane_ = 0;
+  int electrics_offset_ = 0;
   int size_ = 0;
 };
 

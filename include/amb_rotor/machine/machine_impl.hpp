@@ -30,7 +30,10 @@ class Machine<S>::Forces final : public RotorForces<S> {
 
 template <class S>
 Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const ExtraPlanes<double>& extra)
-    : spin_(spin), amb_model_(models.at(0)->amb_model) {
+    : spin_(spin),
+      amb_model_(models.at(0)->amb_model),
+      control_(models[0]->control),
+      chain_(models[0]->signal_chain) {
   gatherRig(models, rig_);
   effects::forEachEffect([&](auto* effect) {
     const std::string id = std::remove_pointer_t<decltype(effect)>::schema().id;
@@ -77,12 +80,21 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
     if (part.roles & is_ring) ring_ = &part;
     if (part.roles & is_stator) stator_ = &part;
   }
+  if (amb_model_ == AmbModel::linear) electrics_ = Electrics<S>(rig_, chain_, models[0]->coil);
+  electrics_offset_ = offset;
+  offset += electrics_.size();
   if (spin_ != Spin::prescribed) offset += 2;
   size_ = offset;
   net_stiffness_ = amb_model_ == AmbModel::equivalent
                        ? rig_.amb.stiffness_N_per_m
                        : rig_.amb.current_stiffness_N_per_A * rig_.controller.kp_A_per_m -
                              rig_.amb.displacement_stiffness_N_per_m;
+  if (amb_model_ == AmbModel::linear && !control_.plain()) {
+    const bool gains = control_.type == ControllerType::pid;
+    const S gain = gains ? rig_.controller.kp_A_per_m * S(staticGain(control_, control_.main, 1.0))
+                         : S(staticGain(control_, control_.main, 0.0));
+    net_stiffness_ = rig_.amb.current_stiffness_N_per_A * gain - rig_.amb.displacement_stiffness_N_per_m;
+  }
   ring_arm_ = rig_.auxiliary_bearing.rotor_radius_m + rig_.auxiliary_bearing.clearance_m;
 }
 
@@ -106,6 +118,27 @@ void Machine<S>::signals(const Shaft<S>& shaft, const S* state, Vec2<S> signal[2
   if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
   for (int end = 0; end < 2; ++end) signal[end] = rotor_.at(plane_sensor + end, state) - stator;
   sense(shaft, signal);
+}
+
+template <class S>
+void Machine<S>::electricRates(const Inputs<S>& in, const Shaft<S>& shaft, const S* state, S* rate,
+                               Observation<S>* seen) const {
+  Vec2<S> signal[2], stator, stator_velocity;
+  signals(shaft, state, signal);
+  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
+  S input[4], velocity[4], current[4];
+  for (int end = 0; end < 2; ++end) {
+    const Vec2<S> v = rotor_.at(plane_amb + end, state + 2 * rotor_.modes()) - stator_velocity;
+    input[2 * end] = signal[end].x + in.sensor_offset[2 * end];
+    input[2 * end + 1] = signal[end].y + in.sensor_offset[2 * end + 1];
+    velocity[2 * end] = v.x;
+    velocity[2 * end + 1] = v.y;
+  }
+  const S* own = state + electrics_offset_;
+  if (rate != nullptr) electrics_.rates(input, velocity, in.target, own, rate + electrics_offset_);
+  if (seen == nullptr || !electrics_.coils()) return;
+  electrics_.currents(own, current);
+  for (int a = 0; a < 4; ++a) seen->coil_voltage[a] = electrics_.coil().voltage(in.target[a], current[a]);
 }
 
 template <class S>
@@ -188,11 +221,18 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
   Vec2<S> reaction;  // of the bearings on the stator
 
+  Vec2<S> force_current[2] = {in.force_current[0], in.force_current[1]};
+  if (electrics_.coils()) {
+    S current[4];
+    electrics_.currents(state + electrics_offset_, current);
+    force_current[0] = {current[0], current[1]};
+    force_current[1] = {current[2], current[3]};
+  }
   for (int end = 0; end < 2; ++end) {
     BearingSite<S> site{&rig_, &shaft, end, rotor_.at(plane_amb + end, q) - stator,
-                        rotor_.at(plane_amb + end, v) - stator_velocity, in.force_current[end],
+                        rotor_.at(plane_amb + end, v) - stator_velocity, force_current[end],
                         net_stiffness_};
-    Vec2<S> force = magneticForce(in.force_current[end], site.position, site.velocity);
+    Vec2<S> force = magneticForce(force_current[end], site.position, site.velocity);
     for (const auto* effect : bearing_) effect->bearingForce(site, force);
     force = {force.x * in.bearing_on[end].x, force.y * in.bearing_on[end].y};
     rotor_.push(plane_amb + end, force, generalised);
@@ -260,6 +300,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     for (const auto* effect : pushing_) effect->rotorForce(shaft, port);
   }
 
+  if (electrics_.size() > 0) electricRates(in, shaft, state, rate, seen);
   if (rate != nullptr) {
     for (int k = 0; k < 2 * n; ++k) rate[k] = v[k];
     rotor_.accelerations(q, v, shaft.speed, generalised, rate + 2 * n);

@@ -4,6 +4,8 @@
 // (machine/lane_stepper.hpp).
 //
 // Order at an instant: faults, record, sample (its command is due delay_s later), commands that are due, excitation.
+// A scenario's excitation current is sampled and held at the controller's rate, a recorded one at its own; its start
+// and its end are instants of their own. Neither depends on what is recorded.
 #include <algorithm>
 #include <cmath>
 
@@ -96,7 +98,7 @@ class Simulator {
   Simulator(const Machine<S>& machine, const Drive<S>& drive, double record_rate_hz)
       : machine_(machine),
         drive_(drive),
-        pid_(machine.rig()),
+        controller_(machine.controller()),
         track_(machine),
         controlled_(machine.ambModel() == AmbModel::linear),
         sample_rate_(controlled_ ? laneValue(machine.rig().controller.sample_rate_hz, 0) : 0.0),
@@ -114,7 +116,6 @@ class Simulator {
   const Machine<S>& machine() const { return machine_; }
   const Drive<S>& drive() const { return drive_; }
   const CurrentTrack<S>& track() const { return track_; }
-  const Pid<S>& pid() const { return pid_; }
 
   /// At rest at the origin, at a time (its next sample and record are the first at or after it).
   MachineState<S> atRest(double time) const {
@@ -128,6 +129,7 @@ class Simulator {
       state.mechanics[machine_.stateSize() - 1] = shaft.speed;
     }
     state.lag.assign(track_.lagCount(), S(0.0));
+    state.control.assign(controller_.memorySize(), S(0.0));
     state.next_sample = controlled_ ? static_cast<long>(std::ceil(time * sample_rate_ - 1e-6)) : 0;
     state.next_record = static_cast<long>(std::ceil(time * record_rate_ - 1e-6));
     return state;
@@ -177,6 +179,20 @@ class Simulator {
     }
   }
 
+  /// What filters and coils follow at a time between the instant `since` and the next.
+  void electricInputs(double time, double since, const Held& held, Inputs<S>& in) const {
+    if (machine_.electrics().coils()) std::copy(held.target, held.target + 4, in.target);
+    if (!machine_.electrics().filters()) return;
+    for (int a = 0; a < 4; ++a) {
+      in.sensor_offset[a] = drive_.sensor_offset[a] + drive_.sensor_drift[a] * S(time);
+      if (drive_.schedule != nullptr) in.sensor_offset[a] += S(drive_.schedule->sensorOffset(a, time, since));
+    }
+  }
+  /// The currents of the coils as the state's currents, where the machine has coils.
+  void readCoils(MachineState<S>& state) const {
+    machine_.electrics().currents(state.mechanics.data() + machine_.electricsOffset(), state.current);
+  }
+
   Shaft<S> shaft(const MachineState<S>& state) const {
     return machine_.spin() == Spin::prescribed ? drive_.shaft(state.time)
                                                : machine_.shaftOf(state.mechanics.data());
@@ -204,7 +220,9 @@ class Simulator {
       if (sample) {
         PendingCommand<S> command;
         command.due = state.next_sample / sample_rate_ + delay_;
-        for (int a = 0; a < 4; ++a) command.command[a] = pid_.sample(seen.signal[a], state.controller[a], integrate_);
+        machine_.electrics().filtered(state.mechanics.data() + machine_.electricsOffset(), seen.signal);
+        controller_.sample(seen.signal, seen.shaft.speed, state.controller, state.control.data(), command.command,
+                           integrate_);
         state.pending.push_back(command);
         ++state.next_sample;
       }
@@ -216,11 +234,14 @@ class Simulator {
   }
 
   void hold(const MachineState<S>& state, Held& held) const {
+    // a scenario's currents are samples of the controller: held from one of its instants to the next
+    const double sampled =
+        controlled_ ? std::floor(state.time * sample_rate_ + 1e-6) / sample_rate_ : state.time;
     for (int a = 0; a < 4; ++a) {
       const bool on = bearingOn(a, state.time);
       S sum = state.command[a];
       if (drive_.excitation != nullptr) sum += S(drive_.excitation->at(a, state.time));
-      if (drive_.schedule != nullptr) sum += S(drive_.schedule->current(a, state.time));
+      if (drive_.schedule != nullptr) sum += S(drive_.schedule->current(a, sampled, state.time));
       held.target[a] = on && controlled_ ? track_.amplifier().limited(sum) : S(0.0);
       (a % 2 == 0 ? held.bearing_on[a / 2].x : held.bearing_on[a / 2].y) = S(on ? 1.0 : 0.0);
     }
@@ -228,7 +249,7 @@ class Simulator {
 
   const Machine<S>& machine_;
   const Drive<S>& drive_;
-  Pid<S> pid_;
+  Controller<S> controller_;
   CurrentTrack<S> track_;
   bool controlled_;
   bool integrate_ = true;

@@ -18,7 +18,8 @@ template <class S>
 struct MachineState {
   double time = 0.0;
   std::vector<S> mechanics;             ///< machine/machine.hpp
-  PidMemory<S> controller[4];           ///< ax, ay, bx, by
+  PidMemory<S> controller[4];           ///< ax, ay, bx, by (or the motions, magnetic_bearing/controller.hpp)
+  std::vector<S> control;               ///< of the controller beside the PIDs; empty for a plain PID
   S command[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< at the amplifiers now
   S current[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< behind the amplifiers' lag [A]
   std::vector<S> lag;                   ///< eddy-current lags, nodes times 4

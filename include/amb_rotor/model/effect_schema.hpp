@@ -33,6 +33,7 @@ struct EffectSchema {
   std::vector<ParameterSchema> parameters;
   bool needs_contact = false;  ///< cannot be seen without contact
   bool hypothesis = false;     ///< no mechanism but a law by terms: never a candidate of the ranking
+  std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
 
   int indexOf(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)

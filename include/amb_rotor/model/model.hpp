@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "amb_rotor/model/control_options.hpp"
 #include "amb_rotor/model/effect_schema.hpp"
 #include "amb_rotor/model/rig.hpp"
 
@@ -31,6 +32,9 @@ struct Model {
   RotorModel rotor_model = RotorModel::rigid_beam;
   AmbModel amb_model = AmbModel::linear;
   Rig<double> rig;
+  ControlOptions control;           ///< beyond the PID of the rig block
+  SignalChain signal_chain;         ///< empty: exact samples and commands
+  std::optional<CoilCircuit> coil;  ///< not there: a first-order lag without a voltage limit
   std::map<std::string, double> uncertainty;  ///< by dotted path; relative but for offsets and phases
   std::vector<EffectSetting> effects;
   FlexibleModes flexible;       ///< for RotorModel::flexible

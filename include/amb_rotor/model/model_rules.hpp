@@ -41,6 +41,8 @@ const FieldLimit& rigLimit(const std::string& path);
 /// Whether a field of the rig (name out of Rig::visit) has a meaning for this bearing model: an
 /// equivalent bearing has stiffness and damping only, and no controller.
 bool rigFieldApplies(const std::string& path, AmbModel amb_model);
+/// The same for a model: a controller that is no PID has no gains in the rig block.
+bool rigFieldApplies(const std::string& path, const Model& model);
 
 /// Everything that is wrong with the model, as faults with dotted paths, without file and line; empty
 /// when nothing is. Values that are not finite are faults, unless `skip_unreadable` is set: then they
@@ -61,10 +63,10 @@ struct ModelField {
 };
 
 /// All numbers of the model that have a meaning for it (rigFieldApplies), in the order of the file: the
-/// rig's, then the effects'.
+/// rig's, those of its options (control_options.hpp), then the effects'.
 std::vector<ModelField> modelFields(Model& model, const EffectCatalogue& catalogue);
 
 /// Names that `uncertainty` may hold: those of Rig::visit that apply, and sensor.offset_m.
-std::vector<std::string> uncertaintyNames(AmbModel amb_model);
+std::vector<std::string> uncertaintyNames(const Model& model);
 
 }  // namespace amb_rotor

@@ -22,6 +22,7 @@ class ControllerPartner {
 
  private:
   Machine<double> machine_;  ///< for its parameters behind all effects
+  Controller<double> controller_;
   std::uint64_t model_hash_;
 };
 
@@ -68,6 +69,7 @@ class InjectorPartner {
 
   Scenario scenario_;
   std::uint64_t model_hash_;
+  double sample_rate_hz_;  ///< of the controller: excitation currents are held from sample to sample; 0: none
   Plan plan_;
 };
 

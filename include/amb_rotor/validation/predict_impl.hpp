@@ -18,11 +18,13 @@ MachineState<S> packStates(const std::vector<const MachineState<double>*>& lanes
   packed.next_record = first.next_record;
   packed.mechanics.assign(first.mechanics.size(), S(0.0));
   packed.lag.assign(first.lag.size(), S(0.0));
+  packed.control.assign(first.control.size(), S(0.0));
   packed.pending.resize(first.pending.size());
   for (std::size_t l = 0; l < width; ++l) {
     const MachineState<double>& lane = *lanes[l < lanes.size() ? l : lanes.size() - 1];
     for (std::size_t i = 0; i < first.mechanics.size(); ++i) setLane(packed.mechanics[i], l, lane.mechanics[i]);
     for (std::size_t i = 0; i < first.lag.size(); ++i) setLane(packed.lag[i], l, lane.lag[i]);
+    for (std::size_t i = 0; i < first.control.size(); ++i) setLane(packed.control[i], l, lane.control[i]);
     for (int a = 0; a < 4; ++a) {
       setLane(packed.controller[a].previous_signal, l, lane.controller[a].previous_signal);
       setLane(packed.controller[a].derivative, l, lane.controller[a].derivative);
@@ -47,6 +49,8 @@ void unpackState(const MachineState<S>& packed, std::size_t l, MachineState<doub
   lane.lag.resize(packed.lag.size());
   for (std::size_t i = 0; i < packed.mechanics.size(); ++i) lane.mechanics[i] = laneValue(packed.mechanics[i], l);
   for (std::size_t i = 0; i < packed.lag.size(); ++i) lane.lag[i] = laneValue(packed.lag[i], l);
+  lane.control.resize(packed.control.size());
+  for (std::size_t i = 0; i < packed.control.size(); ++i) lane.control[i] = laneValue(packed.control[i], l);
   for (int a = 0; a < 4; ++a) {
     lane.controller[a].previous_signal = laneValue(packed.controller[a].previous_signal, l);
     lane.controller[a].derivative = laneValue(packed.controller[a].derivative, l);

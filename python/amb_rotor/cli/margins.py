@@ -1,11 +1,11 @@
-"""`amb margins`: sensitivity of the control loops, ISO 14839-3."""
+"""`amb margins`: sensitivity of the control loops, ISO 14839-3; equivalent stiffness and damping of the bearings."""
 from __future__ import annotations
 
 from amb_rotor import models
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
-HELP = "ISO 14839-3 sensitivity of each control loop"
+HELP = "ISO 14839-3 sensitivity of each control loop, stiffness and damping of each bearing"
 EXAMPLE = "amb margins config/thesis/levitation_model.yaml --speed 100"
 
 
@@ -13,6 +13,25 @@ def add_arguments(parser) -> None:
     models.add_model(parser)
     parser.add_argument("--speed", metavar="HZ", type=float, default=0.0, help="spin of the rotor (default: 0)")
     common.add_out(parser, "margins")
+
+
+# Of the table that is printed; the file and the picture have them all.
+PRINTED_HZ = (1.0, 10.0, 20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 500.0, 1000.0)
+
+
+def equivalent(model, speed_hz: float, highest_hz: float, frequencies) -> dict:
+    """Equivalent stiffness and damping of each axis (thesis 3.26 to 3.30), as a table and over the frequencies."""
+    from amb_rotor import _core, modal
+    printed = [frequency for frequency in PRINTED_HZ if frequency <= highest_hz]
+    stiffness, damping = _core.equivalent_bearings(model, float(speed_hz), printed)
+    print("equivalent stiffness k1 [N/m] and damping d1 [N s/m] of each bearing")
+    print("  frequency   " + "  ".join(f"{'k1 ' + axis:>10} {'d1 ' + axis:>9}" for axis in modal.AXES))
+    for column, frequency in enumerate(printed):
+        print(f"  {frequency:7.1f} Hz  " + "  ".join(f"{stiffness[row, column]:10.4g} {damping[row, column]:9.4g}"
+                                                     for row in range(4)))
+    stiffness, damping = _core.equivalent_bearings(model, float(speed_hz), [float(f) for f in frequencies])
+    return {"frequency_hz": frequencies, "stiffness_N_per_m": dict(zip(modal.AXES, stiffness)),
+            "damping_N_s_per_m": dict(zip(modal.AXES, damping))}
 
 
 def run(args) -> int:
@@ -37,8 +56,11 @@ def run(args) -> int:
         print(f"  {axis}: {peak:6.3f} ({20 * numpy.log10(peak):5.2f} dB) at {frequencies[place]:7.1f} Hz, "
               f"zone {modal.zone(peak)}")
     worst = max(loop["peak"] for loop in loops)
+    bearings = equivalent(model, args.speed, float(frequencies[-1]), frequencies)
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "speed_hz": args.speed,
-                             "stable": bool(growth <= 1e-6), "peak": worst, "zone": modal.zone(worst), "loops": loops})
+                             "stable": bool(growth <= 1e-6), "peak": worst, "zone": modal.zone(worst), "loops": loops,
+                             "equivalent": bearings})
     folder = common.out_folder(args, "margins", models.stem(args.model))
+    maps.equivalent(folder / "equivalent.png", model.name, bearings)
     common.report_line(maps.sensitivity(folder / "sensitivity.png", model.name, frequencies, rows))
     return 0 if growth <= 1e-6 else 1

@@ -1,4 +1,4 @@
-"""Campbell diagram and sensitivity as PNG."""
+"""Campbell diagram, sensitivity, equivalent stiffness and damping as PNG."""
 from __future__ import annotations
 
 from amb_rotor.cli import common
@@ -53,4 +53,20 @@ def sensitivity(path, title, frequencies, rows):
     axes.set_ylabel("sensitivity [dB]")
     axes.set_title(f"{title}: ISO 14839-3")
     axes.legend(frameon=False, ncol=4)
+    return save(figure, path)
+
+
+def equivalent(path, title, bearings):
+    """Equivalent stiffness and damping of the bearings over the frequency."""
+    import matplotlib.pyplot as plt
+    figure, panels = plt.subplots(2, 1, figsize=(7.5, 6.5), sharex=True, constrained_layout=True)
+    for axes, key, label in zip(panels, ("stiffness_N_per_m", "damping_N_s_per_m"),
+                                ("stiffness $k_1$ [N/m]", "damping $d_1$ [N s/m]")):
+        for name, row in bearings[key].items():
+            axes.semilogx(bearings["frequency_hz"], row, lw=1.4, label=name)
+        axes.axhline(0.0, lw=0.8, color="#999999")
+        axes.set_ylabel(label)
+    panels[0].set_title(f"{title}: each bearing, by the response of its control")
+    panels[0].legend(frameon=False, ncol=4)
+    panels[1].set_xlabel("frequency [Hz]")
     return save(figure, path)
