@@ -57,7 +57,7 @@ py::dict asDict(const BasicLaneResult& r, const std::vector<BasicMotion>& motion
     py::list regimes;
     py::array_t<int> periods(n);
     for (std::size_t i = 0; i < motions.size(); ++i) {
-      regimes.append(name(motions[i].regime));
+      regimes.append(toString(motions[i].regime));
       periods.mutable_at(static_cast<py::ssize_t>(i)) = motions[i].period;
     }
     d["regime"] = regimes;

@@ -123,28 +123,28 @@ BasicMotion motionOf(const BasicParameters<double>& p, const BasicState<double>&
 TEST(BasicRegime, KnownMotionsGetTheirNames) {
   BasicParameters<double> p;
   p.frequency_ratio = 0.7;
-  EXPECT_EQ(motionOf(p, {}, 400).regime, BasicRegime::no_contact);
+  EXPECT_EQ(motionOf(p, {}, 400).regime, Regime::no_contact);
 
   p.frequency_ratio = 1.05;
-  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, 0.0}, 2000).regime, BasicRegime::full_annular_rub);
+  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, 0.0}, 2000).regime, Regime::full_annular_rub);
 
   p.misalignment_x = 0.65;
   const auto doubled = motionOf(p, {}, 1000);
-  EXPECT_EQ(doubled.regime, BasicRegime::period);
+  EXPECT_EQ(doubled.regime, Regime::period);
   EXPECT_EQ(doubled.period, 2);
 
   p.frequency_ratio = 1.25;
-  EXPECT_EQ(motionOf(p, {}, 1000).regime, BasicRegime::chaotic);
+  EXPECT_EQ(motionOf(p, {}, 1000).regime, Regime::chaotic);
 }
 
 TEST(BasicRegime, FrictionWithoutLimitDivergesAndSlidingFrictionRolls) {
   BasicParameters<double> p;
   p.frequency_ratio = 1.05;
   p.friction = 0.3;  // far above the border 0.021
-  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400).regime, BasicRegime::diverged);
+  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400).regime, Regime::diverged);
   p.surface_radius = 3.0;  // so that rolling is slow enough for the linear contact
   p.regularisation_speed = 0.05;
-  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400, BasicFriction::sliding).regime, BasicRegime::dry_whirl);
+  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400, BasicFriction::sliding).regime, Regime::dry_whirl);
 }
 
 }  // namespace
