@@ -179,6 +179,8 @@ def _search(args, path: pathlib.Path) -> int:
     from amb_rotor.sweeps import search as searching
     search = searching.read_search(path)
     folder = common.out_folder(args, "sweep", search.name)
+    if search.sampling:
+        return _sampled_search(args, search, folder)
     size = int(numpy.prod([len(values) for values in search.grid.values()]))
     began = time.perf_counter()
     with common.progress_bar(size, "grid points") as bar:
@@ -204,6 +206,47 @@ def _search(args, path: pathlib.Path) -> int:
                      "parameters": {name: float(value) for name, value in zip(search.grid, points[chosen[0]])}})
     common.write_json(args, {"name": search.name, "best": best})
     pictures = draw.score_map(search.title, search.grid, hits, total, folder)
+    common.report_line(pictures[0])
+    return 0
+
+
+def _sampled_search(args, search, folder: pathlib.Path) -> int:
+    import numpy
+    from amb_rotor.sweeps import draw
+    from amb_rotor.sweeps import search as searching
+    size = searching.sampled_size(search)
+    began = time.perf_counter()
+    with common.progress_bar(size, "samples") as bar:
+        points, hits, scores = searching.run_sampled(search, bar.update)
+    seconds = time.perf_counter() - began
+    total = sum(motion is not None for motion in searching.published(search))
+    trivial = max(((float(searching.shares(search, numpy.full(len(search.values), period))), period)
+                   for period in range(17)), key=lambda pair: (pair[0], -pair[1]))
+    order = numpy.argsort(-scores, kind="stable")
+    first = search.sampling["samples"]
+    print(f"{size} samples, {total} swept values inside the published ranges, {seconds:.0f} s")
+    print(f"score {trivial[0]:.3f}: one motion throughout ({'period ' + str(trivial[1]) if trivial[1] else 'aperiodic'})")
+    print("  score  agree  " + "  ".join(search.grid))
+    for index in order[:8]:
+        print(f"  {scores[index]:.3f}  {hits[index]:5d}  " +
+              "  ".join(f"{value:{len(name)}.4g}" for name, value in zip(search.grid, points[index])))
+    top = float(scores[order[0]])
+    near = scores >= top - 0.02
+    print(f"within 0.02 of the best: {int(near.sum())} samples, {int(near[:first].sum())} of the {first} that were "
+          "drawn over the whole ranges; their span:")
+    spans = {}
+    for index, name in enumerate(search.grid):
+        spans[name] = [float(points[near, index].min()), float(points[near, index].max())]
+        print(f"  {name:<24} {spans[name][0]:9.4g} to {spans[name][1]:9.4g}")
+    best = points[order[:1]]
+    periods = searching.run_points(search, best)[0]
+    for low, high, motion in search.expected:
+        inside = (search.values >= low) & (search.values <= high)
+        right = int(searching.MOTIONS[motion](periods[inside]).sum())
+        print(f"  best, {low:g} to {high:g}: {motion.replace('_', ' ')} at {right} of {int(inside.sum())}")
+    common.write_json(args, {"name": search.name, "score": top, "agree": int(hits[order[0]]), "of": total, "near": spans,
+                             "trivial": trivial[0], "best": dict(zip(search.grid, map(float, best[0])))})
+    pictures = draw.score_cloud(search.title, list(search.grid), points, scores, folder)
     common.report_line(pictures[0])
     return 0
 

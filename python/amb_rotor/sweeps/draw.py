@@ -109,6 +109,25 @@ def score_map(title: str, grid: dict, hits, total: int, folder: pathlib.Path) ->
     return save(figure, folder, "search")
 
 
+def score_cloud(title: str, names: list[str], points, scores, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Score of every sample over each unstated value: a peak says that the figure determines the value."""
+    pyplot = _pyplot()
+    columns = 4
+    rows = -(-len(names) // columns)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(12, 2.6 * rows), sharey=True, squeeze=False,
+                                   constrained_layout=True)
+    for axis in axes.flat[len(names):]:
+        axis.remove()
+    for index, (name, axis) in enumerate(zip(names, axes.flat)):
+        axis.plot(points[:, index], scores, ".", markersize=1.2, color="#3182bd", rasterized=True)
+        axis.set_xlabel(label(name), fontsize=8)
+        axis.grid(alpha=0.3)
+    for row in axes[:, 0]:
+        row.set_ylabel("mean share right")
+    figure.suptitle(title)
+    return save(figure, folder, "search")
+
+
 BIFURCATION_MARKS = {"fold": ("s", "fold"), "flip": ("^", "flip (period doubling)"),
                      "neimark_sacker": ("D", "Neimark-Sacker"), "grazing": ("o", "grazing")}
 
