@@ -33,12 +33,15 @@ BasicMotion motionOf(const BasicLaneResult& r, std::size_t i, const BasicRegimeO
 }  // namespace
 
 int basicPeriod(const BasicState<double>* s, int turns, const BasicRegimeOptions& options) {
+  const auto same = [&](int a, int b) {
+    return std::hypot(s[b].x - s[a].x, s[b].y - s[a].y) < options.period_tolerance &&
+           std::hypot(s[b].vx - s[a].vx, s[b].vy - s[a].vy) < 2.0 * options.period_tolerance;
+  };
   for (int n = 1; n <= options.largest_period && 2 * n <= turns; ++n) {
     bool repeats = true;
-    for (int t = 0; t + n < turns && repeats; ++t) {
-      repeats = std::hypot(s[t + n].x - s[t].x, s[t + n].y - s[t].y) < options.period_tolerance &&
-                std::hypot(s[t + n].vx - s[t].vx, s[t + n].vy - s[t].vy) < 2.0 * options.period_tolerance;
-    }
+    for (int t = 0; t + n < turns && repeats; ++t) repeats = same(t, t + n);
+    // Steps that are small each time may still go round a closed curve, or settle: first against last.
+    for (int t = 0; t < n && repeats; ++t) repeats = same(t, t + (turns - 1 - t) / n * n);
     if (repeats) return n;
   }
   return 0;

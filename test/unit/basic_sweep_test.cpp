@@ -109,6 +109,18 @@ TEST(BasicRegime, PeriodsOfTheLogisticMap) {
   }
 }
 
+TEST(BasicRegime, SlowDriftRoundAClosedCurveIsNoPeriod) {
+  // A turn moves the point by 0.9e-3 of the clearance, below the tolerance, but 100 turns by 0.087.
+  std::vector<BasicState<double>> drift, still;
+  for (int i = 0; i < 100; ++i) {
+    const double angle = 0.9e-2 * i;
+    drift.push_back({0.1 * std::cos(angle), 0.1 * std::sin(angle), 0.0, 0.0});
+    still.push_back({0.1 + (i % 3) * 0.05, 0.0, 0.0, 0.0});
+  }
+  EXPECT_EQ(basicPeriod(drift.data(), 100), 0);
+  EXPECT_EQ(basicPeriod(still.data(), 100), 3);
+}
+
 BasicMotion motionOf(const BasicParameters<double>& p, const BasicState<double>& start, int turns,
                      BasicFriction friction = BasicFriction::spin) {
   BasicLaneOptions options;

@@ -3,12 +3,11 @@
 // facts of the lanes:
 //
 //   period    repeats after n <= 16 turns: the section points n turns apart differ by less than
-//   `period_tolerance`
-//             (velocities by twice that), over all kept turns. Stricter than for measured series, because a
-//             lane has no noise
-//   backward  more than half a turn backward about the bearing's centre a turn of the shaft (no circle about
-//   a
-//             point on one side of the centre gives that)
+//             period_tolerance (velocities by twice that), over all kept turns, and so do the first and the
+//             last of each class, so that a slow drift round a closed curve is no period. Stricter than for
+//             measured series, because a lane has no noise
+//   backward  more than half a turn backward about the bearing's centre a turn of the shaft (no circle
+//             about a point on one side of the centre gives that)
 //   contact, radius, whirl: over the kept turns
 //
 // A motion that does not repeat is chaotic or quasi_periodic by its Lyapunov exponent. The period is decided

@@ -13,7 +13,7 @@ POINTS_AT_ONCE = 4096
 
 
 def add_arguments(parser) -> None:
-    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1 or amb-probability/1")
+    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1, amb-figure/1 or amb-probability/1")
     common.add_out(parser, "sweep")
     parser.add_argument("--engine", choices=("local", "dask"), default="local",
                         help="local: this machine's cores; dask: chunks of the grid on a Dask cluster")
@@ -40,6 +40,9 @@ def run(args) -> int:
         return _search(args, path)
     if _format(path) == "amb-probability/1":
         return _probability(args, path)
+    if _format(path) == "amb-figure/1":
+        from amb_rotor.sweeps import figures
+        return figures.run_figure(args, path)
     return _sweep(args, path)
 
 

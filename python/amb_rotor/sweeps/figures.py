@@ -47,6 +47,11 @@ def read_figure(path: pathlib.Path) -> dict:
             faults.append(f"{path}: run.kept_turns: at most `turns`")
         if set(document["initial"]) != {"x", "y", "vx", "vy"}:
             faults.append(f"{path}: initial: x, y, vx, vy")
+        for key in ("parameters", "initial", "scale"):
+            try:  # YAML reads 1e-9 without a point as text
+                document[key] = {name: float(value) for name, value in document.get(key, {}).items()}
+            except (TypeError, ValueError, AttributeError):
+                faults.append(f"{path}: {key}: names with numbers")
     if faults:
         raise InputError(faults)
     return document
@@ -57,7 +62,7 @@ def _record(figure: dict, parameters: dict, initial, kept: int | None = None, sk
     run = figure["run"]
     kept = run["kept_turns"] if kept is None else kept
     skipped = run["turns"] - run["kept_turns"] if skipped is None else skipped
-    found = _core.record_basic({key: float(value) for key, value in parameters.items()}, initial,
+    found = _core.record_basic(parameters, initial,
                                contact=figure["contact"], friction=figure["friction_law"], turns_skipped=skipped,
                                turns_kept=kept, samples_per_turn=run["samples_per_turn"])
     if not found["finite"]:
@@ -66,7 +71,7 @@ def _record(figure: dict, parameters: dict, initial, kept: int | None = None, sk
 
 
 def initial_state(figure: dict) -> tuple:
-    return tuple(float(figure["initial"][key]) for key in ("x", "y", "vx", "vy"))
+    return tuple(figure["initial"][key] for key in ("x", "y", "vx", "vy"))
 
 
 def regime(figure: dict, turns: int | None = None) -> dict:
@@ -74,7 +79,7 @@ def regime(figure: dict, turns: int | None = None) -> dict:
     from amb_rotor import _core
     run = figure["run"]
     kept = run["kept_turns"]
-    found = _core.run_basic_lanes({key: numpy.array([float(value)]) for key, value in figure["parameters"].items()},
+    found = _core.run_basic_lanes({key: numpy.array([value]) for key, value in figure["parameters"].items()},
                                   numpy.array([initial_state(figure)]), contact=figure["contact"],
                                   friction=figure["friction_law"], steps_per_turn=STEPS_PER_TURN,
                                   turns_skipped=(turns or run["turns"]) - kept, turns_kept=kept)
@@ -87,7 +92,7 @@ def motion(figure: dict) -> dict:
     """Record of the kept turns, its time axis and its points once a turn."""
     found = _record(figure, figure["parameters"], initial_state(figure))
     per_turn = figure["run"]["samples_per_turn"]
-    eta = float(figure["parameters"]["frequency_ratio"])
+    eta = figure["parameters"]["frequency_ratio"]
     skipped = figure["run"]["turns"] - figure["run"]["kept_turns"]
     found["time"] = (found["phase"] + 2.0 * math.pi * skipped) / eta
     found["section"] = numpy.stack([found["x"][::per_turn], found["y"][::per_turn]], axis=1)
@@ -97,7 +102,7 @@ def motion(figure: dict) -> dict:
 def contact_force(figure: dict) -> dict:
     """Normal force over the dimensionless time from `time[0]` to `time[1]`."""
     begin, end = map(float, figure["time"])
-    eta = float(figure["parameters"]["frequency_ratio"])
+    eta = figure["parameters"]["frequency_ratio"]
     skipped = math.floor(begin * eta / (2.0 * math.pi))
     kept = math.ceil(end * eta / (2.0 * math.pi)) - skipped
     found = _record(figure, figure["parameters"], initial_state(figure), kept, skipped)
@@ -183,7 +188,7 @@ def impact(figure: dict) -> dict:
     first = inside[0]
     last = first + numpy.argmax(depth[first:] <= 0.0) if (depth[first:] <= 0.0).any() else len(depth)
     part = slice(first, last)
-    eta = float(figure["parameters"]["frequency_ratio"])
+    eta = figure["parameters"]["frequency_ratio"]
     time = (found["phase"][part] - found["phase"][first]) / eta / scale["natural_frequency_rad_s"]
     si = {"time_s": time, "depth_m": depth[part] * clearance, "rate_m_s": found["depth_rate"][part] * speed,
           "force_N": found["normal_force"][part] * clearance * scale["stiffness_N_per_m"]}
@@ -191,6 +196,88 @@ def impact(figure: dict) -> dict:
     si["restitution"] = si["speed_behind_m_s"] / si["speed_before_m_s"]
     si["lost_J"] = float(numpy.sum(0.5 * (si["force_N"][1:] + si["force_N"][:-1]) * numpy.diff(si["depth_m"])))
     if figure["contact"] == "hertz":
-        kappa = float(figure["parameters"]["hertz_stiffness"]) * scale["stiffness_N_per_m"] / math.sqrt(clearance)
+        kappa = figure["parameters"]["hertz_stiffness"] * scale["stiffness_N_per_m"] / math.sqrt(clearance)
         si["stiffness_N_per_m"] = 1.5 * kappa * numpy.sqrt(si["depth_m"])
     return si
+
+
+# ---- the subcommand's part
+def run_figure(args, path: pathlib.Path) -> int:
+    """`amb sweep FILE` for a file of this format."""
+    from amb_rotor.cli import common
+    from amb_rotor.sweeps import draw_figures
+    figure = read_figure(path)
+    folder = common.out_folder(args, "sweep", figure["name"])
+    shown = {"motion": _motion, "contact_force": _contact_force, "waterfall": _waterfall, "response": _response,
+             "impact": _impact}[figure["kind"]](figure, folder, draw_figures, common)
+    numbers, columns, pictures = shown
+    common.write_json(args, {"name": figure["name"], "kind": figure["kind"], **numbers})
+    names = list(columns)
+    lines = [",".join(names)] + [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values())]
+    common.atomic_write(folder / "data.csv", "\n".join(lines) + "\n")
+    common.report_line(pictures[0])
+    return 0
+
+
+def _motion(figure, folder, draw, common):
+    found, kind = motion(figure), regime(figure)
+    period = f"period {kind['period']}, " if kind["period"] else ""
+    print(f"{kind['regime']}, {period}largest Lyapunov exponent {kind['largest_lyapunov']:+.4f}, in contact "
+          f"{100 * found['contact_fraction']:.1f} % of the time, largest radius {kind['max_radius']:.4f}")
+    per_turn = figure["run"]["samples_per_turn"]
+    pictures = draw.motion(figure["title"], found, folder, min(24, figure["run"]["kept_turns"]), per_turn)
+    return kind, {key: found[key] for key in ("time", "x", "y", "normal_force")}, pictures
+
+
+def _contact_force(figure, folder, draw, common):
+    found = contact_force(figure)
+    force, touching = found["normal_force"], found["normal_force"] > 0.0
+    numbers = {"largest": float(force.max()), "mean": float(force.mean()), "contact_fraction": float(touching.mean()),
+               "touch_downs": int(numpy.sum(touching[1:] & ~touching[:-1]))}
+    print(f"time {found['time'][0]:.1f} to {found['time'][-1]:.1f}: largest force {numbers['largest']:.4f}, mean "
+          f"{numbers['mean']:.4f}, in contact {100 * numbers['contact_fraction']:.1f} %, {numbers['touch_downs']} touch-downs")
+    return numbers, {key: found[key] for key in ("time", "normal_force")}, draw.contact_force(figure["title"], found, folder)
+
+
+def _waterfall(figure, folder, draw, common):
+    with common.progress_bar(int(figure["frequency_ratio"]["count"]), "speeds") as bar:
+        found = waterfall(figure, bar.update)
+    numbers = {}
+    for order, column in found["orders"].items():
+        top = int(column.argmax())
+        numbers[f"order_{order:g}"] = {"largest": float(column[top]), "at": float(found["driving"][top])}
+        over = found["driving"][column > 0.01]
+        span = f"above 0.01 at {len(over)} speeds from {over[0]:.2f} to {over[-1]:.2f}" if len(over) else "never above 0.01"
+        print(f"order {order:g}: largest amplitude {column[top]:.4f} at {found['driving'][top]:.2f}, {span}")
+    columns = {"frequency_ratio": found["driving"], **{f"order_{k:g}": v for k, v in found["orders"].items()}}
+    return numbers, columns, draw.waterfall(figure["title"], found, folder)
+
+
+def _response(figure, folder, draw, common):
+    with common.progress_bar(2 * int(figure["frequency_ratio"]["count"]), "speeds") as bar:
+        found = response(figure, bar.update)
+    numbers = {}
+    for name, sense in (("up", 1), ("down", -1)):
+        steps = jumps(found["driving"][::sense], found[name][::sense], 0.1)
+        numbers[f"jumps_{name}"] = steps
+        touching = found["driving"][found[f"{name}_contact"] > 0.0]
+        span = f"in contact from {touching[0]:.2f} to {touching[-1]:.2f}" if len(touching) else "never in contact"
+        print(f"run-{name}: {span}; jumps " +
+              (", ".join(f"at {eta:.2f} from {a:.3f} to {b:.3f}" for eta, a, b in steps) or "none"))
+    columns = {"frequency_ratio": found["driving"], "run_up": found["up"], "run_down": found["down"], "free": found["free"]}
+    return numbers, columns, draw.response(figure["title"], found, folder)
+
+
+def _impact(figure, folder, draw, common):
+    found = impact(figure)
+    numbers = {key: found[key] for key in ("speed_before_m_s", "speed_behind_m_s", "restitution", "lost_J")}
+    numbers["largest_depth_m"], numbers["largest_force_N"] = float(found["depth_m"].max()), float(found["force_N"].max())
+    print(f"speed {1e3 * found['speed_before_m_s']:.3f} mm/s before, {1e3 * found['speed_behind_m_s']:.3f} behind: "
+          f"restitution {found['restitution']:.4f}; {1e6 * numbers['largest_depth_m']:.2f} um, {numbers['largest_force_N']:.2f} N, "
+          f"lost {1e6 * found['lost_J']:.3f} uJ")
+    columns = {key: found[key] for key in ("time_s", "depth_m", "rate_m_s", "force_N")}
+    if "stiffness_N_per_m" in found:
+        stiffness = found["stiffness_N_per_m"][1:-1]
+        print(f"stiffness of the elastic part {stiffness.min():.3g} to {stiffness.max():.3g} N/m")
+        columns["stiffness_N_per_m"] = found["stiffness_N_per_m"]
+    return numbers, columns, draw.impact(figure["title"], found, folder)
