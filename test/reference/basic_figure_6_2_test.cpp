@@ -34,20 +34,18 @@ TEST(SlowFigure62, LanesFindThePeriodicMotionsOfTheEventAccurateIntegrator) {
   ASSERT_EQ(sweep.size(), 131u);
   const auto lanes = runBasicSweep(sweep, 0, sweep.size());
   const int kept = sweep.run.turns_kept;
-  int periodic = 0, rubbing = 0, several_turns = 0, neutral = 0;
+  int periodic = 0, rubbing = 0, several_turns = 0, locked = 0;
   double worst = 0.0;
   for (std::size_t i = 0; i < sweep.size(); ++i) {
     const auto exact = eventAccurate(sweep.machineAt(i), sweep.initial.front(), sweep.run);
     const int period = basicPeriod(exact.data(), kept);
     const double eta = sweep.valuesAt(i).front();
-    // Behind the Neimark-Sacker point at 1.1483 a disturbance neither dies out nor grows within the kept
-    // turns: such a motion is neither settled nor told from a slow quasi-periodic one.
-    if (std::abs(lanes.lanes.lyapunov[i]) * kept < 1.0) {
-      ++neutral;
+    if (period == 0) {
+      if (lanes.motions[i].period > 0) ++locked;
       continue;
     }
     EXPECT_EQ(lanes.motions[i].period, period) << "at frequency ratio " << eta;
-    if (period == 0 || lanes.motions[i].period != period) continue;
+    if (lanes.motions[i].period != period) continue;
     ++periodic;
     if (lanes.lanes.contact_fraction[i] > 0.0) ++rubbing;
     if (period > 1) ++several_turns;
@@ -70,12 +68,15 @@ TEST(SlowFigure62, LanesFindThePeriodicMotionsOfTheEventAccurateIntegrator) {
   RecordProperty("worst", std::to_string(worst));
   // The figure that doc/thesis.md describes: most of it periodic, much of that in contact and of two turns.
   EXPECT_GE(periodic, 95);
-  EXPECT_LE(neutral, 4);
+  // Just behind the Neimark-Sacker point at 1.1483 the motion drifts round a closed curve by 1e-3 in 100
+  // turns; the lanes' step error, which is no larger, locks it to period 8 at 1.1486.
+  EXPECT_LE(locked, 1);
   EXPECT_GE(rubbing, 25);
   EXPECT_GE(several_turns, 20);
   std::printf(
-      "periodic %d of %zu (neutral %d), in contact %d, of several turns %d, worst section point %.2g\n",
-      periodic, sweep.size(), neutral, rubbing, several_turns, worst);
+      "periodic %d of %zu (locked by the lanes %d), in contact %d, of several turns %d, worst section point "
+      "%.2g\n",
+      periodic, sweep.size(), locked, rubbing, several_turns, worst);
 }
 
 }  // namespace
