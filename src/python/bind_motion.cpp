@@ -2,6 +2,7 @@
 #include <map>
 
 #include "amb_rotor/machine/basic_continuation.hpp"
+#include "amb_rotor/machine/basic_dry_whirl.hpp"
 #include "amb_rotor/machine/basic_harmonic_balance.hpp"
 #include "amb_rotor/machine/basic_record.hpp"
 #include "bind.hpp"
@@ -89,6 +90,13 @@ void bindMotion(py::module_& m) {
   m.def("record_basic", &record, py::arg("parameters"), py::arg("initial"), py::arg("contact") = "linear",
         py::arg("friction") = "spin", py::arg("turns_skipped") = 400, py::arg("turns_kept") = 100,
         py::arg("samples_per_turn") = 200, "Event-accurate motion of one machine at evenly spaced phases.");
+  m.def(
+      "dry_whirl_friction",
+      [](const std::map<std::string, double>& values, double whirl_speed) {
+        return dryWhirlFriction(basicParametersFrom({values.begin(), values.end()}), whirl_speed);
+      },
+      py::arg("parameters"), py::arg("whirl_speed"),
+      "Friction above which a backward whirl of this speed grows; NaN where there is none.");
   m.def("harmonic_balance_at", &harmonicBalanceAt, py::arg("sweep"), py::arg("value"), py::arg("state"),
         py::arg("turns"), py::arg("harmonics") = 64, "Harmonic balance at a point of a sweep file's branch.");
 }

@@ -206,6 +206,11 @@ void bindSweep(py::module_& m) {
                                for (const auto& [key, value] : s.parameters) values[py::str(key)] = value;
                                return values;
                              })
+      .def_property_readonly("initial",
+                             [](const BasicSweep& s) {
+                               const auto& i = s.initial.front();
+                               return py::make_tuple(i.x, i.y, i.vx, i.vy);
+                             })
       .def_property_readonly("continued_parameter",
                              [](const BasicSweep& s) { return s.continuation.parameter; })
       .def("run_continuation", &continuation, "Branches of periodic motion that the file asks for.")

@@ -169,9 +169,12 @@ def response(figure: dict, progress=None) -> dict:
     return found
 
 
-def jumps(driving, amplitude, least: float) -> list[tuple[float, float, float]]:
-    """(driving frequency behind the jump, amplitude before, behind), in the order of the frequencies given."""
-    steps = numpy.flatnonzero(numpy.abs(numpy.diff(amplitude)) > least)
+def jumps(driving, amplitude, least: float = 0.1) -> list[tuple[float, float, float]]:
+    """(driving frequency behind the jump, amplitude before, behind), in the order of the frequencies given: the amplitude
+    changes by more than `least`, and by three times what it does one step before and one step behind."""
+    change = numpy.abs(numpy.diff(amplitude))
+    around = numpy.concatenate([[0.0], change, [0.0]])
+    steps = numpy.flatnonzero((change > least) & (change > 3.0 * around[:-2]) & (change > 3.0 * around[2:]))
     return [(float(driving[index + 1]), float(amplitude[index]), float(amplitude[index + 1])) for index in steps]
 
 
@@ -258,12 +261,17 @@ def _response(figure, folder, draw, common):
         found = response(figure, bar.update)
     numbers = {}
     for name, sense in (("up", 1), ("down", -1)):
-        steps = jumps(found["driving"][::sense], found[name][::sense], 0.1)
+        steps = jumps(found["driving"][::sense], found[name][::sense])
         numbers[f"jumps_{name}"] = steps
         touching = found["driving"][found[f"{name}_contact"] > 0.0]
         span = f"in contact from {touching[0]:.2f} to {touching[-1]:.2f}" if len(touching) else "never in contact"
         print(f"run-{name}: {span}; jumps " +
               (", ".join(f"at {eta:.2f} from {a:.3f} to {b:.3f}" for eta, a, b in steps) or "none"))
+    apart = numpy.abs(found["up"] - found["down"])
+    differ = found["driving"][apart > 0.02]
+    numbers["largest_difference"] = float(apart.max())
+    print(f"run-up and run-down differ by up to {apart.max():.3f}" +
+          (f", at {len(differ)} speeds from {differ[0]:.2f} to {differ[-1]:.2f}" if len(differ) else ""))
     columns = {"frequency_ratio": found["driving"], "run_up": found["up"], "run_down": found["down"], "free": found["free"]}
     return numbers, columns, draw.response(figure["title"], found, folder)
 

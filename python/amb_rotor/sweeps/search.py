@@ -56,12 +56,14 @@ def _values(spec, key: str) -> numpy.ndarray:
     if isinstance(spec, list):
         return numpy.array(spec, float)
     try:
+        if "values" in spec:
+            return numpy.array(spec["values"], float)
         if "step" in spec:
             count = math.floor((spec["to"] - spec["from"]) / spec["step"] * (1 + 1e-12)) + 1
             return spec["from"] + spec["step"] * numpy.arange(count)
         return numpy.linspace(spec["from"], spec["to"], int(spec["count"]))
     except (TypeError, KeyError) as error:
-        raise InputError(f"{key}: a list of numbers, or from, to and step or count ({error})") from error
+        raise InputError(f"{key}: a list of numbers, values, or from, to and step or count ({error})") from error
 
 
 def read_search(path: pathlib.Path) -> Search:
