@@ -245,7 +245,9 @@ def _code(column):
     import numpy
     if column.dtype.kind == "U":
         return numpy.array([REGIMES.index(name) for name in column], numpy.uint8)
-    return column.astype(numpy.uint8 if column.dtype.kind == "i" else numpy.float32)
+    if column.dtype.kind == "i":
+        return column.astype(numpy.uint8)
+    return numpy.clip(column, -1e30, 1e30).astype(numpy.float32)  # what diverged is beyond float32
 
 
 # ---- search
