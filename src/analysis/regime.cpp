@@ -69,7 +69,8 @@ void decideIrregular(const RegimeInput& input, const Eigen::MatrixXd& points, co
     result.winding_number = windingNumber(x, y, mean(0), mean(1));
     result.reason = "the points do not repeat and stay on closed curves";
   };
-  if (input.largest_lyapunov && *input.largest_lyapunov > options.lyapunov_threshold) {
+  if (input.largest_lyapunov &&
+      exponentIsChaotic(*input.largest_lyapunov, static_cast<double>(points.cols()), options.rules)) {
     result.regime = Regime::chaotic;
     result.certain = true;
     result.reason = "largest Lyapunov exponent " + std::to_string(*input.largest_lyapunov) + " per turn";
@@ -117,28 +118,6 @@ void decideIrregular(const RegimeInput& input, const Eigen::MatrixXd& points, co
 
 }  // namespace
 
-std::string toString(Regime regime) {
-  switch (regime) {
-    case Regime::no_contact:
-      return "no_contact";
-    case Regime::period:
-      return "period";
-    case Regime::quasi_periodic:
-      return "quasi_periodic";
-    case Regime::chaotic:
-      return "chaotic";
-    case Regime::full_annular_rub:
-      return "full_annular_rub";
-    case Regime::dry_whirl:
-      return "dry_whirl";
-    case Regime::diverged:
-      return "diverged";
-    case Regime::undecided:
-      break;
-  }
-  return "undecided";
-}
-
 PeriodDetection detectPeriod(const Eigen::MatrixXd& points, double tolerance, int max_period) {
   requireArgument(tolerance > 0.0 && std::isfinite(tolerance), "tolerance", tolerance, "must be above 0");
   requireArgument(max_period >= 1, "max_period", max_period, "must be at least 1");
@@ -170,51 +149,50 @@ RegimeResult decideRegime(const RegimeInput& input, double tolerance, const Regi
   requireArgument(input.clearance > 0.0, "clearance", input.clearance, "must be above 0 [m]");
   RegimeResult result;
   const Eigen::MatrixXd points = statesOf(input);
-  if (!points.allFinite() || !std::isfinite(input.max_radius) ||
-      input.max_radius > options.diverged_ratio * input.clearance) {
-    result.regime = Regime::diverged;
-    result.certain = true;
-    result.reason = "the motion left " + std::to_string(options.diverged_ratio) + " clearances";
-    return result;
-  }
-  const PeriodDetection repeated = detectPeriod(points, tolerance, options.max_period);
-  result.period = repeated.period;
-  result.repeat_error = repeated.repeat_error;
   const ContactStatistics& contact = input.contact;
   const WhirlState& whirl = input.whirl;
-
-  if (!(contact.contact_fraction > 0.0) && contact.impacts == 0) {
-    result.regime = Regime::no_contact;
-    result.certain = true;
-    result.reason = "no time in contact";
-    return result;
+  MotionFacts facts;
+  facts.finite = points.allFinite() && std::isfinite(input.max_radius);
+  facts.max_radius = input.max_radius / input.clearance;
+  facts.touched = contact.contact_fraction > 0.0 || contact.impacts > 0;
+  facts.contact_fraction = contact.contact_fraction;
+  if (whirl.resolved) {
+    facts.backward =
+        whirl.direction == WhirlDirection::backward && whirl.forward_share <= options.dry_whirl_forward;
+    if (whirl.direction == WhirlDirection::forward && input.spin != 0.0)
+      facts.whirl_ratio = whirl.frequency / input.spin;
   }
-  if (contact.contact_fraction >= options.dry_whirl_fraction && whirl.resolved &&
-      whirl.direction == WhirlDirection::backward && whirl.forward_share <= options.dry_whirl_forward) {
-    result.regime = Regime::dry_whirl;
-    result.certain = true;
-    if (input.rotor_radius > 0.0) {
-      result.slip = slipState(input.spin, whirl.frequency, input.rotor_radius, whirl.mean_radius,
-                              options.rolling_tolerance)
-                        .kind;
-    }
-    result.reason = "in contact and backward round the bearing's centre, " + toString(result.slip);
-    return result;
+  if (facts.finite) {
+    const PeriodDetection repeated = detectPeriod(points, tolerance, options.max_period);
+    facts.period = result.period = repeated.period;
+    result.repeat_error = repeated.repeat_error;
   }
-  const bool synchronous =
-      std::fabs(whirl.frequency - input.spin) <= options.annular_speed_error * std::fabs(input.spin);
-  if (contact.contact_fraction >= options.annular_fraction && whirl.resolved && result.period == 1 &&
-      whirl.direction == WhirlDirection::forward && synchronous) {
-    result.regime = Regime::full_annular_rub;
-    result.certain = true;
-    result.reason = "in contact all the time, once round forward with each turn";
-    return result;
-  }
-  if (result.period > 0) {
-    result.regime = Regime::period;
-    result.certain = true;
-    result.reason = "repeats after " + std::to_string(result.period) + " turn(s)";
-    return result;
+  result.regime = regimeByRules(facts, options.rules);
+  result.certain = result.regime != Regime::undecided;
+  switch (result.regime) {
+    case Regime::diverged:
+      result.period = 0;
+      result.reason = "the motion left " + std::to_string(options.rules.diverged_ratio) + " clearances";
+      return result;
+    case Regime::no_contact:
+      result.reason = "no time in contact";
+      return result;
+    case Regime::dry_whirl:
+      if (input.rotor_radius > 0.0) {
+        result.slip = slipState(input.spin, whirl.frequency, input.rotor_radius, whirl.mean_radius,
+                                options.rolling_tolerance)
+                          .kind;
+      }
+      result.reason = "in contact and backward round the bearing's centre, " + toString(result.slip);
+      return result;
+    case Regime::full_annular_rub:
+      result.reason = "in contact all the time, once round forward with each turn";
+      return result;
+    case Regime::period:
+      result.reason = "repeats after " + std::to_string(result.period) + " turn(s)";
+      return result;
+    default:
+      break;
   }
   if (points.cols() < least_points) {
     result.reason = "too few points";

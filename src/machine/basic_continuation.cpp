@@ -22,7 +22,9 @@ struct Node {
   double flip_test = 0.0, torus_test = 0.0;
 };
 
-constexpr std::size_t most_branches = 5;
+constexpr std::size_t most_branches = 12;
+constexpr double same_motion =
+    1e-6;  // [clearance] above the corrector's 1e-9 times the growth along the orbit
 
 class Follower {
  public:
@@ -96,6 +98,28 @@ class Follower {
     return correct(predicted, predicted, from.tangent, iterations);
   }
 
+  /// How far turns_ / factor turns move the motion, for each prime factor of its period: nothing where it has
+  /// that smaller period.
+  std::vector<Eigen::Vector4d> moved(const Node& n) const {
+    std::vector<Eigen::Vector4d> all;
+    const BasicParameters<double> machine = problem_.machineAt(n.point.parameter);
+    for (int factor = 2, rest = turns_; rest > 1; ++factor) {
+      if (rest % factor != 0) continue;
+      while (rest % factor == 0) rest /= factor;
+      const auto part = advanceBasic(machine, n.point.state, turns_ / factor, problem_.orbit);
+      all.push_back(phaseUnits(part.end, machine.frequency_ratio) - n.u.head<4>());
+    }
+    return all;
+  }
+
+  /// The motion repeats earlier than after turns_.
+  bool repeatsEarlier(const Node& n) const {
+    for (const auto& shift : moved(n)) {
+      if (shift.norm() < same_motion) return true;
+    }
+    return false;
+  }
+
   /// Follows in one sense of the tangent.
   void follow(Node now, Branch& branch) const {
     double length = options_.first_step;
@@ -113,6 +137,7 @@ class Follower {
         }
         continue;
       }
+      if (joins(now, *next, length, branch)) return;
       detect(now, *next, length, branch);
       now = *next;
       branch.points.push_back(now.point);
@@ -147,6 +172,24 @@ class Follower {
       (crossed(best) ? high : low) = middle;
     }
     return best;
+  }
+
+  /// At the flip where a doubled motion ends, its two points meet and change places behind it (the same
+  /// motion, half a period later), or the corrector lands on the motion of half the period: the branch ends
+  /// there.
+  bool joins(const Node& a, const Node& b, double length, Branch& branch) const {
+    if (turns_ == 1) return false;
+    const auto before = moved(a), after = moved(b);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const bool on_it = after[i].norm() < same_motion;
+      if (!on_it && before[i].dot(after[i]) > 0.0) continue;
+      Node end = a;
+      if (!on_it) end = bisect(a, length, [&](const Node& n) { return before[i].dot(moved(n)[i]) <= 0.0; });
+      branch.points.push_back(end.point);
+      branch.ended += "joins a motion of a smaller period at " + std::to_string(end.point.parameter) + "; ";
+      return true;
+    }
+    return false;
   }
 
   void detect(const Node& a, const Node& b, double length, Branch& branch) const {
@@ -200,7 +243,7 @@ std::optional<Branch> tryBranch(const ContinuationProblem& problem, const Contin
   row[4] = 1.0;
   const Vector5 u = follower.unknowns(near, at);
   const auto start = follower.correct(u, u, row);
-  if (!start) return std::nullopt;
+  if (!start || follower.repeatsEarlier(*start)) return std::nullopt;
   Branch branch;
   branch.turns = turns;
   Node back = *start;
@@ -228,10 +271,8 @@ std::optional<Branch> doubledBranch(const ContinuationProblem& problem, const Co
       u << q, at / scale;
       const auto found = follower.correct(u, u, row);
       if (!found) continue;
-      // Not the motion that it branches from: the map of half the period must move it.
-      const auto half = advanceBasic(problem.machineAt(at), found->point.state, branch.turns, problem.orbit);
+      if (follower.repeatsEarlier(*found)) continue;  // the motion that it branches from
       const auto& s = found->point.state;
-      if (std::hypot(half.end.x - s.x, half.end.y - s.y) < 1e-4) continue;
       if (std::hypot(s.x - flip.at.state.x, s.y - flip.at.state.y) > 0.3) continue;
       return tryBranch(problem, options, at, s, 2 * branch.turns);
     }
@@ -282,7 +323,7 @@ Branch followBranch(const ContinuationProblem& problem, const ContinuationOption
   return *branch;
 }
 
-std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function<void()>& alive) {
+ContinuationProblem continuationProblem(const BasicSweep& sweep) {
   const ContinuationRequest& request = sweep.continuation;
   ContinuationProblem problem;
   problem.parameter = request.parameter;
@@ -299,6 +340,12 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function
   }
   problem.orbit.contact = sweep.run.contact;
   problem.orbit.friction = sweep.run.friction;
+  return problem;
+}
+
+std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function<void()>& alive) {
+  const ContinuationRequest& request = sweep.continuation;
+  const ContinuationProblem problem = continuationProblem(sweep);
   ContinuationOptions options;
   options.from = request.from;
   options.to = request.to;
@@ -307,7 +354,7 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function
   std::vector<Branch> branches;
   for (const auto& start : request.starts) {
     BasicLaneOptions run = sweep.run;
-    run.turns_skipped = 960;  // a multiple of every period up to 8, so that the phase of the motion is kept
+    run.turns_skipped = 960;  // a multiple of every period up to 6, so that the phase of the motion is kept
     run.turns_kept = 0;
     const BasicState<double> initial{start.x, start.y, start.vx, start.vy};
     const auto settled = runBasicLanes({problem.machineAt(start.at)}, {initial}, run).end.front();

@@ -6,6 +6,7 @@
 
 #include "amb_rotor/common/check.hpp"
 #include "amb_rotor/common/units.hpp"
+#include "basic_laws.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -192,12 +193,7 @@ class Flow {
 
 template <class F>
 auto withModel(const BasicOrbitOptions& o, F&& f) {
-  if (o.contact == BasicContact::linear) {
-    return o.friction == BasicFriction::spin ? f(BasicModel<LinearContact, SpinFriction>{})
-                                             : f(BasicModel<LinearContact, SlidingFriction>{});
-  }
-  return o.friction == BasicFriction::spin ? f(BasicModel<HertzContact, SpinFriction>{})
-                                           : f(BasicModel<HertzContact, SlidingFriction>{});
+  return withBasicModel(o.contact, o.friction, f);
 }
 
 template <class T>

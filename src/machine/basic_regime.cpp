@@ -7,60 +7,41 @@
 namespace amb_rotor {
 namespace {
 
-constexpr double always = 0.999;       // share of the time that counts as all the time
-constexpr double forward_turn = 0.01;  // a forward whirl may miss one turn a turn by this
-
 BasicMotion motionOf(const BasicLaneResult& r, std::size_t i, const BasicRegimeOptions& options) {
   BasicMotion motion;
-  if (r.diverged[i]) return motion;
-  motion.period = basicPeriod(&r.sections[i * static_cast<std::size_t>(r.turns_kept)], r.turns_kept, options);
-  const bool pressed = r.contact_fraction[i] > always;
-  // Backward about the centre: no circle about a point on one side of it gives half a turn a turn.
-  if (pressed && r.whirl[i] < -0.5) {
-    motion.regime = BasicRegime::dry_whirl;
-  } else if (pressed && motion.period == 1 && std::abs(r.whirl[i] - 1.0) < forward_turn) {
-    motion.regime = BasicRegime::full_annular_rub;
-  } else if (motion.period == 1 && r.contact_fraction[i] == 0.0) {
-    motion.regime = BasicRegime::no_contact;
-  } else if (motion.period > 0) {
-    motion.regime = BasicRegime::period;
-  } else if (r.lyapunov[i] * r.turns_kept > options.chaos_growth) {
-    motion.regime = BasicRegime::chaotic;
-  } else {
-    motion.regime = BasicRegime::quasi_periodic;
+  MotionFacts facts;
+  facts.finite = !r.diverged[i];
+  facts.max_radius = r.max_radius[i];
+  facts.touched = r.contact_fraction[i] > 0.0;
+  facts.contact_fraction = r.contact_fraction[i];
+  facts.backward = r.whirl[i] < -0.5;
+  facts.whirl_ratio = r.whirl[i];
+  if (facts.finite) {
+    facts.period =
+        basicPeriod(&r.sections[i * static_cast<std::size_t>(r.turns_kept)], r.turns_kept, options);
+  }
+  motion.regime = regimeByRules(facts, options.rules);
+  if (motion.regime == Regime::diverged) return motion;
+  motion.period = facts.period;
+  if (motion.regime == Regime::undecided) {
+    motion.regime = exponentIsChaotic(r.lyapunov[i], r.turns_kept, options.rules) ? Regime::chaotic
+                                                                                  : Regime::quasi_periodic;
   }
   return motion;
 }
 
 }  // namespace
 
-const char* name(BasicRegime regime) {
-  switch (regime) {
-    case BasicRegime::no_contact:
-      return "no_contact";
-    case BasicRegime::period:
-      return "period";
-    case BasicRegime::quasi_periodic:
-      return "quasi_periodic";
-    case BasicRegime::chaotic:
-      return "chaotic";
-    case BasicRegime::full_annular_rub:
-      return "full_annular_rub";
-    case BasicRegime::dry_whirl:
-      return "dry_whirl";
-    case BasicRegime::diverged:
-      return "diverged";
-  }
-  return "";
-}
-
 int basicPeriod(const BasicState<double>* s, int turns, const BasicRegimeOptions& options) {
+  const auto same = [&](int a, int b) {
+    return std::hypot(s[b].x - s[a].x, s[b].y - s[a].y) < options.period_tolerance &&
+           std::hypot(s[b].vx - s[a].vx, s[b].vy - s[a].vy) < 2.0 * options.period_tolerance;
+  };
   for (int n = 1; n <= options.largest_period && 2 * n <= turns; ++n) {
     bool repeats = true;
-    for (int t = 0; t + n < turns && repeats; ++t) {
-      repeats = std::hypot(s[t + n].x - s[t].x, s[t + n].y - s[t].y) < options.period_tolerance &&
-                std::hypot(s[t + n].vx - s[t].vx, s[t + n].vy - s[t].vy) < 2.0 * options.period_tolerance;
-    }
+    for (int t = 0; t + n < turns && repeats; ++t) repeats = same(t, t + n);
+    // Steps that are small each time may still go round a closed curve, or settle: first against last.
+    for (int t = 0; t < n && repeats; ++t) repeats = same(t, t + (turns - 1 - t) / n * n);
     if (repeats) return n;
   }
   return 0;

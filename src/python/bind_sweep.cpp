@@ -57,7 +57,7 @@ py::dict asDict(const BasicLaneResult& r, const std::vector<BasicMotion>& motion
     py::list regimes;
     py::array_t<int> periods(n);
     for (std::size_t i = 0; i < motions.size(); ++i) {
-      regimes.append(name(motions[i].regime));
+      regimes.append(toString(motions[i].regime));
       periods.mutable_at(static_cast<py::ssize_t>(i)) = motions[i].period;
     }
     d["regime"] = regimes;
@@ -205,6 +205,11 @@ void bindSweep(py::module_& m) {
                                py::dict values;
                                for (const auto& [key, value] : s.parameters) values[py::str(key)] = value;
                                return values;
+                             })
+      .def_property_readonly("initial",
+                             [](const BasicSweep& s) {
+                               const auto& i = s.initial.front();
+                               return py::make_tuple(i.x, i.y, i.vx, i.vy);
                              })
       .def_property_readonly("continued_parameter",
                              [](const BasicSweep& s) { return s.continuation.parameter; })

@@ -5,6 +5,7 @@ namespace py = pybind11;
 
 namespace amb_rotor {
 void bindMakeDataset(py::module_& m);
+void bindMotion(py::module_& m);
 }
 
 namespace {
@@ -33,5 +34,6 @@ PYBIND11_MODULE(_core, m) {
   amb_rotor::bindModes(m);
   amb_rotor::bindValidation(m);
   amb_rotor::bindSweep(m);
+  amb_rotor::bindMotion(m);
   amb_rotor::bindMakeDataset(m);
 }

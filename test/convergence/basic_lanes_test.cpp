@@ -120,7 +120,7 @@ TEST(BasicLanes, LyapunovExponentIsTheFloquetExponentOfAPeriodicMotion) {
   const double expected = -0.5 * 0.0347 * 2.0 * M_PI / 0.7;
   // The tangent turns as it shrinks: its length is that of an ellipse, a bounded factor, over 400 turns.
   EXPECT_NEAR(result.lyapunov.front(), expected, 1.0 / 400);
-  EXPECT_EQ(basicMotions(result).front().regime, BasicRegime::no_contact);
+  EXPECT_EQ(basicMotions(result).front().regime, Regime::no_contact);
 }
 
 TEST(BasicOrbit, DerivativesAreThoseOfDifferences) {

@@ -2,13 +2,16 @@
 from __future__ import annotations
 
 import pathlib
+import subprocess
+import sys
+import time
 
 import numpy
 import pytest
 
 from amb_rotor.cli import sweep as command
 from amb_rotor.errors import InputError
-from amb_rotor.sweeps import probability, search
+from amb_rotor.sweeps import basin, figures, probability, search
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "config" / "thesis").glob("search_*.yaml"))
@@ -45,7 +48,7 @@ def test_agreement_counts_the_published_motion_only_inside_its_ranges():
 
 
 def test_a_search_file_with_a_wrong_motion_is_refused(tmp_path):
-    text = FILES[0].read_text().replace("motion: period_1}", "motion: period_77}", 1)
+    text = (ROOT / "config/thesis/search_6_2.yaml").read_text().replace("motion: period_1}", "motion: period_77}", 1)
     (tmp_path / "a.yaml").write_text(text)
     with pytest.raises(InputError, match="period_77"):
         search.read_search(tmp_path / "a.yaml")
@@ -54,3 +57,154 @@ def test_a_search_file_with_a_wrong_motion_is_refused(tmp_path):
 def test_ranges_join_equal_motions():
     lines = command.ranges([1.0, 2.0, 3.0], ["period", "period", "chaotic"], [2, 2, 0])
     assert [line.split()[-2:] for line in lines] == [["period", "2"], ["1", "chaotic"]]
+
+
+# ---- figures of single motions
+FIGURES = [path for path in sorted((ROOT / "config" / "thesis").glob("fig_*.yaml"))
+           if "amb-figure/1" in path.read_text()]
+
+
+@pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
+def test_the_files_of_figures_are_valid(path):
+    assert figures.read_figure(path)["name"] == path.stem
+
+
+def test_a_figure_file_names_all_its_faults(tmp_path):
+    text = (ROOT / "config/thesis/fig_5_7.yaml").read_text()
+    (tmp_path / "a.yaml").write_text(text.replace("title:", "tittle:"))
+    with pytest.raises(InputError, match="(?s)title: the key is missing.*tittle"):
+        figures.read_figure(tmp_path / "a.yaml")
+    (tmp_path / "b.yaml").write_text(text.replace("kept_turns: 400", "kept_turns: 40000"))
+    with pytest.raises(InputError, match="kept_turns"):
+        figures.read_figure(tmp_path / "b.yaml")
+
+
+def test_order_amplitude_of_a_known_signal():
+    angle = 2 * numpy.pi * numpy.arange(8 * 32) / 32
+    signal = 0.3 + 0.7 * numpy.cos(angle + 0.4) + 0.2 * numpy.sin(0.5 * angle)
+    assert figures.order_amplitude(signal, 32, 1.0) == pytest.approx(0.7, abs=1e-12)  # whole turns: orthogonal
+    assert figures.order_amplitude(signal, 32, 0.5) == pytest.approx(0.2, abs=1e-12)
+    assert figures.order_amplitude(signal, 32, 2.0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_jump_is_no_steep_slope():
+    slope = 1.0 / (1.02 - numpy.linspace(0.5, 1.0, 51))
+    assert not figures.jumps(numpy.linspace(0.5, 1.0, 51), slope)
+    slope[30:] -= 1.0
+    assert [round(jump[0], 2) for jump in figures.jumps(numpy.linspace(0.5, 1.0, 51), slope)] == [0.80]
+
+
+def test_the_impact_of_figure_3_16_keeps_energy_and_gives_hunt_and_crossleys_restitution():
+    found = figures.impact(figures.read_figure(ROOT / "config/thesis/fig_3_16.yaml"))
+    before, behind = found["speed_before_m_s"], found["speed_behind_m_s"]
+    lost = 0.5 * 3.36 * (before ** 2 - behind ** 2)
+    # The first and last sample lie up to a sample inside the contact: 1e-3 of the loop.
+    assert found["lost_J"] == pytest.approx(lost, rel=5e-3)
+    # Small speeds: 1 - a v (Hunt and Crossley 1975); the next term of the series is (a v)^2, 5e-3.
+    assert found["restitution"] == pytest.approx(1.0 - 5.0 * before, abs=7e-3)
+
+
+def test_run_up_of_the_centred_rotor_is_the_closed_form():
+    figure = figures.read_figure(ROOT / "config/thesis/fig_5_3.yaml")
+    figure["frequency_ratio"] = {"from": 0.8, "to": 1.1, "count": 4}
+    found = figures.response(figure)
+    assert found["up"][0] == pytest.approx(found["free"][0], abs=1e-6)  # 200 turns of transient: e^-27
+    rub = max(radius for radius, _ in found["rub"][2])
+    assert found["up_contact"][2] == pytest.approx(1.0) and found["up"][2] == pytest.approx(rub, abs=1e-4)
+    # At 1.1 both motions hold: which one is there depends on where the rotor comes from.
+    assert found["up"][3] > 1.0 and found["down"][3] == pytest.approx(found["free"][3], abs=1e-6)
+
+
+# ---- searches with many unstated values
+def test_a_sampled_search_finds_a_known_value():
+    found = search.read_search(ROOT / "config" / "thesis" / "search_6_4_wide.yaml")
+    # Without contact up to eccentricity e the motion is of period 1; "aperiodic" nowhere: the score is known.
+    found.values = numpy.array([0.6, 1.0])
+    found.expected = [(0.5, 0.7, "period_1"), (0.9, 1.1, "aperiodic")]
+    found.grid = {"frequency_ratio": numpy.array([0.3, 0.5]), "eccentricity": numpy.array([0.01, 0.05])}
+    found.sampling = {"samples": 8, "seed": 1, "refinements": 1}
+    points, hits, scores = search.run_sampled(found)
+    assert len(points) == search.sampled_size(found) == 16
+    assert (hits == 1).all() and scores == pytest.approx(0.5)
+    assert (points.min(axis=0) >= [0.3, 0.01]).all() and (points.max(axis=0) <= [0.5, 0.05]).all()
+
+
+# ---- maps
+SMALL_MAP = """format: amb-sweep/1
+name: small
+title: small
+source: a test
+machine: basic
+contact: linear
+friction_law: spin
+parameters: {damping: 0.0347, support_stiffness: 1.0, eccentricity: 0.0973, contact_stiffness: 13.68, friction_sign: 1,
+             misalignment: 0.0, misalignment_angle_deg: 0, unbalance_phase_deg: 0}
+initial: {x: 1.2809, y: 0.0, vx: 0.0, vy: -2.5618}
+swept:
+  - {parameter: friction, from: 0.0, to: 0.05, count: 160}
+  - {parameter: frequency_ratio, from: 0.9, to: 1.8, count: 160}
+run: {turns: 60, kept_turns: 8, steps_per_turn: 112}
+"""
+
+
+def _sweep(path, out, *more):
+    return [sys.executable, "-P", "-m", "amb_rotor", "sweep", str(path), "--out", str(out), *more]
+
+
+def test_a_map_killed_half_way_goes_on_and_is_the_same(tmp_path):
+    (tmp_path / "map.yaml").write_text(SMALL_MAP)
+    subprocess.run(_sweep(tmp_path / "map.yaml", tmp_path / "whole"), check=True, capture_output=True)
+    killed = subprocess.Popen(_sweep(tmp_path / "map.yaml", tmp_path / "killed"), stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL)
+    parts = tmp_path / "killed" / "parts"
+    deadline = time.monotonic() + 60.0
+    while len(list(parts.glob("part_*.npz"))) < 2 and time.monotonic() < deadline and killed.poll() is None:
+        time.sleep(0.01)
+    killed.kill()
+    killed.wait()
+    there = {path.name: path.stat().st_mtime_ns for path in parts.glob("part_*.npz")}
+    assert 2 <= len(there) < 7, "it was to be killed half way through its 7 chunks"
+    subprocess.run(_sweep(tmp_path / "map.yaml", tmp_path / "killed", "--resume"), check=True, capture_output=True)
+    for name, written in there.items():
+        assert (parts / name).stat().st_mtime_ns == written, "a chunk that was there was computed again"
+    assert (tmp_path / "killed" / "points.csv").read_bytes() == (tmp_path / "whole" / "points.csv").read_bytes()
+
+
+def test_dry_whirl_of_a_map_lies_above_its_closed_form(tmp_path):
+    from amb_rotor import _core
+    (tmp_path / "map.yaml").write_text(SMALL_MAP.replace("count: 160", "count: 30").replace("turns: 60", "turns: 240"))
+    sweep = _core.BasicSweep(str(tmp_path / "map.yaml"))
+    border = command._whirl_border(sweep)
+    assert border == pytest.approx(0.0347 * 2 / 3, rel=1e-3)
+    regimes = numpy.array(sweep.run(0, sweep.size)["regime"]).reshape(30, 30)
+    friction = numpy.asarray(sweep.axes[0][1])
+    whirls = numpy.isin(regimes, ("dry_whirl", "diverged"))
+    # The closed form leaves the unbalance out: 0.0973 of a clearance against a circle of 1.28.
+    assert whirls[friction > 1.1 * border].all() and not whirls[friction < 0.9 * border].any()
+    lines = command.border_report(sweep.axes, regimes.ravel(), (numpy.asarray(sweep.axes[1][1]), numpy.full(30, border)))
+    assert "100.0 % of the points above" in lines[0] and "0.0 % of those below" in lines[0]
+
+
+# ---- basins
+def test_a_basin_without_friction_has_no_dry_whirl_and_turns_with_the_direction():
+    document = basin.read_basin(ROOT / "config" / "thesis" / "basin_knock.yaml")
+    document.update(direction_deg=numpy.array([0.0, 180.0, 360.0]), speed=numpy.array([0.0, 1.0, 3.0]))
+    found = basin.run_basin(document)
+    assert (found["regime"][0] == "no_contact").all() and (found["regime"][2] == "dry_whirl").all()
+    assert (found["whirl"][:, 0] == pytest.approx(found["whirl"][:, 2], abs=1e-6))  # 0 and 360 deg
+    document["parameters"]["friction"] = 0.0
+    assert not (basin.run_basin(document)["regime"] == "dry_whirl").any()
+
+
+# ---- branches
+def test_harmonic_balance_agrees_with_a_branch():
+    from amb_rotor import _core
+    from amb_rotor.cli import continuation
+    sweep = _core.BasicSweep(str(ROOT / "config" / "thesis" / "fig_6_2.yaml"))
+    state = sweep.run(48, 1)["end"][0]  # frequency ratio 0.9004: period 1, in contact
+    point = {"parameter": 0.55 + 48 * 0.0073, "state": tuple(state)}
+    check = continuation.balance_check(sweep, {"points": [point, point], "turns": 1})
+    assert check["converged"] == check["points"] == 2
+    assert check["largest_difference"] < 1e-3  # of the lanes' section and of 64 harmonics
+    off = {"parameter": point["parameter"], "state": (state[0] + 0.01, *state[1:])}
+    assert continuation.balance_check(sweep, {"points": [off, off], "turns": 1})["largest_difference"] > 5e-3

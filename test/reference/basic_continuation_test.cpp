@@ -81,5 +81,43 @@ TEST(Continuation, GrazingIsWhereTheFreeMotionReachesTheClearance) {
   EXPECT_NEAR(grazing->at.parameter, 0.7 / gain, 1e-4);
 }
 
+TEST(Continuation, ADoubledMotionEndsAtTheFlipsOfTheMotionItBranchesFrom) {
+  // The displaced bearing of figure 6.2: between two flips of the motion of period 1 there is one of
+  // period 2.
+  ContinuationProblem problem;
+  problem.parameter = "frequency_ratio";
+  problem.parameters = {{"misalignment", 0.62}, {"misalignment_angle_deg", 230.0}};
+  ContinuationOptions options;
+  options.from = 0.85;
+  options.to = 1.0;
+  const auto settledAt = [&](double eta) {
+    BasicLaneOptions run;
+    run.turns_skipped = 960;
+    run.turns_kept = 0;
+    return runBasicLanes({problem.machineAt(eta)}, {{}}, run).end.front();
+  };
+  const Branch single = followBranch(problem, options, 0.9, settledAt(0.9), 1);
+  double flip = 0.0;
+  for (const auto& found : single.bifurcations) {
+    if (flip == 0.0 && found.kind == BifurcationKind::flip) flip = found.at.parameter;
+  }
+  ASSERT_GT(flip, 0.9) << single.ended;
+
+  options.to = 1.3;
+  const Branch doubled = followBranch(problem, options, 1.1, settledAt(1.1), 2);
+  EXPECT_NE(doubled.ended.find("joins"), std::string::npos) << doubled.ended;
+  double nearest = 1.0, least = 2.0;
+  for (const auto& point : doubled.points) {
+    nearest = std::min(nearest, std::abs(point.parameter - flip));
+    least = std::min(least, point.parameter);
+  }
+  // Both points of the doubled motion meet like a square root of the distance: 1e-6 apart is 1e-12 behind the
+  // flip, but the corrector's matrix is singular there, which stops the bisection near 1e-5.
+  EXPECT_LT(nearest, 1e-4);
+  EXPECT_GT(least, flip - 1e-4) << "it ran on along the motion of period 1";
+  // A motion of period 1 is none of period 2.
+  EXPECT_THROW(followBranch(problem, options, 0.9, settledAt(0.9), 2), InputError);
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -109,6 +109,18 @@ TEST(BasicRegime, PeriodsOfTheLogisticMap) {
   }
 }
 
+TEST(BasicRegime, SlowDriftRoundAClosedCurveIsNoPeriod) {
+  // A turn moves the point by 0.9e-3 of the clearance, below the tolerance, but 100 turns by 0.087.
+  std::vector<BasicState<double>> drift, still;
+  for (int i = 0; i < 100; ++i) {
+    const double angle = 0.9e-2 * i;
+    drift.push_back({0.1 * std::cos(angle), 0.1 * std::sin(angle), 0.0, 0.0});
+    still.push_back({0.1 + (i % 3) * 0.05, 0.0, 0.0, 0.0});
+  }
+  EXPECT_EQ(basicPeriod(drift.data(), 100), 0);
+  EXPECT_EQ(basicPeriod(still.data(), 100), 3);
+}
+
 BasicMotion motionOf(const BasicParameters<double>& p, const BasicState<double>& start, int turns,
                      BasicFriction friction = BasicFriction::spin) {
   BasicLaneOptions options;
@@ -123,28 +135,28 @@ BasicMotion motionOf(const BasicParameters<double>& p, const BasicState<double>&
 TEST(BasicRegime, KnownMotionsGetTheirNames) {
   BasicParameters<double> p;
   p.frequency_ratio = 0.7;
-  EXPECT_EQ(motionOf(p, {}, 400).regime, BasicRegime::no_contact);
+  EXPECT_EQ(motionOf(p, {}, 400).regime, Regime::no_contact);
 
   p.frequency_ratio = 1.05;
-  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, 0.0}, 2000).regime, BasicRegime::full_annular_rub);
+  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, 0.0}, 2000).regime, Regime::full_annular_rub);
 
   p.misalignment_x = 0.65;
   const auto doubled = motionOf(p, {}, 1000);
-  EXPECT_EQ(doubled.regime, BasicRegime::period);
+  EXPECT_EQ(doubled.regime, Regime::period);
   EXPECT_EQ(doubled.period, 2);
 
   p.frequency_ratio = 1.25;
-  EXPECT_EQ(motionOf(p, {}, 1000).regime, BasicRegime::chaotic);
+  EXPECT_EQ(motionOf(p, {}, 1000).regime, Regime::chaotic);
 }
 
 TEST(BasicRegime, FrictionWithoutLimitDivergesAndSlidingFrictionRolls) {
   BasicParameters<double> p;
   p.frequency_ratio = 1.05;
   p.friction = 0.3;  // far above the border 0.021
-  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400).regime, BasicRegime::diverged);
+  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400).regime, Regime::diverged);
   p.surface_radius = 3.0;  // so that rolling is slow enough for the linear contact
   p.regularisation_speed = 0.05;
-  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400, BasicFriction::sliding).regime, BasicRegime::dry_whirl);
+  EXPECT_EQ(motionOf(p, {1.0, 0.0, 0.0, -2.0}, 400, BasicFriction::sliding).regime, Regime::dry_whirl);
 }
 
 }  // namespace

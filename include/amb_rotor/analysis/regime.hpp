@@ -1,14 +1,12 @@
 #pragma once
 // What kind of motion it is, decided by numbers: from stroboscopic points, contact and whirl in one plane.
 //
-// In this order:
-//   diverged          a number is not finite, or the largest radius exceeds diverged_ratio clearances
-//   no_contact        no time in contact (period n is given all the same)
-//   dry_whirl         in contact, going round the bearing's centre backward all the time; slip or roll is
-//   told full_annular_rub  in contact all the time, once round forward with each turn of the shaft, period 1
-//   period            the points repeat after n turns, n = 1 .. max_period
-//   chaotic           largest Lyapunov exponent above its threshold; without one: 0-1 test K > 0.5,
-//   predictable quasi_periodic    else undecided         too few points (period 0, certain = false)
+// The rules and their order are those of common/motion_regime.hpp, with the facts from the measured series:
+// backward is a whirl that is resolved and whose path is forward for at most dry_whirl_forward. A motion that
+// does not repeat is
+//   chaotic           by its largest Lyapunov exponent; without one: 0-1 test K > 0.5, predictable
+//   quasi_periodic    else
+//   undecided         too few points (period 0, certain = false)
 // Scatter that cannot be predicted from the points before (determinism.hpp) is noise, not chaos: the motion
 // is then the period n of its class means, with certain = false and the scatter given.
 //
@@ -30,21 +28,9 @@
 #include "amb_rotor/analysis/contact.hpp"
 #include "amb_rotor/analysis/poincare.hpp"
 #include "amb_rotor/analysis/whirl.hpp"
+#include "amb_rotor/common/motion_regime.hpp"
 
 namespace amb_rotor {
-
-enum class Regime {
-  no_contact,
-  period,
-  quasi_periodic,
-  chaotic,
-  full_annular_rub,
-  dry_whirl,
-  diverged,
-  undecided
-};
-
-std::string toString(Regime regime);
 
 struct RegimeInput {
   std::vector<PoincarePoint> points;  ///< stroboscopic, consecutive turns
@@ -58,16 +44,12 @@ struct RegimeInput {
 };
 
 struct RegimeOptions {
+  RegimeRules rules;
   int max_period = 16;
-  double diverged_ratio = 10.0;       ///< clearances
-  double annular_fraction = 0.999;    ///< least contact fraction of the full annular rub
-  double annular_speed_error = 0.01;  ///< whirl against spin, relative
-  double dry_whirl_fraction = 0.9;    ///< least contact fraction of dry whirl (it may bounce)
-  double dry_whirl_forward = 0.1;     ///< largest forward share of the path
-  double rolling_tolerance = 0.05;    ///< slip speed over surface speed
-  double lyapunov_threshold = 0.01;   ///< per turn: two points e times further apart in 100 turns
-  double chaos_number = 0.5;          ///< K of the 0-1 test above this: not regular
-  double forecast_limit = 0.7;        ///< forecast ratio above this: random
+  double dry_whirl_forward = 0.1;   ///< largest forward share of the path
+  double rolling_tolerance = 0.05;  ///< slip speed over surface speed
+  double chaos_number = 0.5;        ///< K of the 0-1 test above this: not regular
+  double forecast_limit = 0.7;      ///< forecast ratio above this: random
 };
 
 struct RegimeResult {

@@ -13,7 +13,8 @@
 //
 // Units: dimensionless. Valid: orbits without tangential contact but at isolated grazing points (dP is
 // continuous there, because the force is, but its slope is not). Errors: InputError for a start that does not
-// settle to the period asked for. A branch that ends says why in `ended`.
+// settle to the period asked for, or repeats earlier. A branch that ends says why in `ended`; one of n turns
+// ends where it joins a motion of fewer turns (the flip at which it begins or ends).
 // Source: Seydel, Practical Bifurcation and Stability Analysis, chapters 4 and 7.
 #include <array>
 #include <complex>
@@ -74,8 +75,11 @@ struct ContinuationProblem {
 Branch followBranch(const ContinuationProblem& problem, const ContinuationOptions& options, double at,
                     const BasicState<double>& near, int turns);
 
+/// What a sweep file's `continuation` leaves free. @throw InputError: a parameter that cannot be followed.
+ContinuationProblem continuationProblem(const BasicSweep& sweep);
+
 /// The branches of a sweep file's `continuation`, with those that begin at their flips.
-/// At most 5 branches. `alive` is called at every step and may throw to stop.
+/// At most 12 branches. `alive` is called at every step and may throw to stop.
 std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function<void()>& alive = {});
 
 }  // namespace amb_rotor

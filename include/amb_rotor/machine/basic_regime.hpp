@@ -1,38 +1,34 @@
 #pragma once
-// What kind of motion a machine of the lanes settled to, decided from numbers:
+// What kind of motion a machine of the lanes settled to: the rules of common/motion_regime.hpp, with the
+// facts of the lanes:
 //
-//   diverged          not finite, or farther than 1e6 clearances
-//   full_annular_rub  in contact all the time, one forward turn about the bearing's centre a turn of the
-//   shaft dry_whirl         in contact all the time and whirling backward about the bearing's centre
-//   no_contact        never in contact and repeats every turn
-//   period            repeats after n <= 16 turns: the section points n turns apart differ by less than
-//                     `period_tolerance` (velocities by twice that), over all kept turns
-//   chaotic           none of these, largest Lyapunov exponent above `chaos_growth` / kept turns a turn
-//   quasi_periodic    the rest
+//   period    repeats after n <= 16 turns: the section points n turns apart differ by less than
+//             period_tolerance (velocities by twice that), over all kept turns, and so do the first and the
+//             last of each class, so that a slow drift round a closed curve is no period. Stricter than for
+//             measured series, because a lane has no noise
+//   backward  more than half a turn backward about the bearing's centre a turn of the shaft (no circle
+//             about a point on one side of the centre gives that)
+//   contact, radius, whirl: over the kept turns
 //
-// The period is decided before the exponent: a transient that has not died out within the skipped turns shows
-// as quasi_periodic, not as a period.
-// Dry whirl with spin friction has nothing that limits it (the friction never reverses), so it ends as
-// diverged where the damping does not hold it; sliding friction limits it at rolling.
-#include <string>
+// A motion that does not repeat is chaotic or quasi_periodic by its Lyapunov exponent. The period is decided
+// before the exponent: a transient that has not died out within the skipped turns shows as quasi_periodic,
+// not as a period. Dry whirl with spin friction has nothing that limits it (the friction never reverses), so
+// it ends as diverged where the damping does not hold it; sliding friction limits it at rolling.
 #include <vector>
 
+#include "amb_rotor/common/motion_regime.hpp"
 #include "amb_rotor/machine/basic_lanes.hpp"
 
 namespace amb_rotor {
 
-enum class BasicRegime { no_contact, period, quasi_periodic, chaotic, full_annular_rub, dry_whirl, diverged };
-const char* name(BasicRegime regime);
-
 struct BasicRegimeOptions {
+  RegimeRules rules;
   int largest_period = 16;         ///< [turns]
   double period_tolerance = 1e-3;  ///< [clearance]
-  double chaos_growth =
-      2.5;  ///< growth of a tangent over all kept turns [natural logarithm] that is no chaos yet
 };
 
 struct BasicMotion {
-  BasicRegime regime = BasicRegime::diverged;
+  Regime regime = Regime::diverged;
   int period = 0;  ///< turns after which the motion repeats; 0: not within the largest period
 };
 

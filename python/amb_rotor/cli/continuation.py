@@ -12,12 +12,35 @@ EXAMPLE = "amb continue config/thesis/fig_6_2.yaml --out out/branches"
 def add_arguments(parser) -> None:
     parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1 with a `continuation`")
     common.add_out(parser, "continue")
+    parser.add_argument("--check", action="store_true", help="harmonic balance at points of every branch, and how far it is off")
 
 
 def _plain(point: dict) -> dict:
     plain = {key: value for key, value in point.items() if key != "multipliers"}
     plain["multipliers"] = [[value.real, value.imag] for value in point["multipliers"]]
     return plain
+
+
+CHECKED = 12  # points of a branch that harmonic balance is run at
+HARMONICS = 64  # a turn
+
+
+def balance_check(sweep, branch: dict) -> dict:
+    """Harmonic balance at points spread over a branch: how far its state is from that of shooting, at most."""
+    from amb_rotor import _core
+    points = branch["points"]
+    chosen = sorted({round(index * (len(points) - 1) / (CHECKED - 1)) for index in range(CHECKED)})
+    worst = {"points": len(chosen), "converged": 0, "largest_difference": 0.0, "at": None}
+    for index in chosen:
+        point = points[index]
+        found = _core.harmonic_balance_at(sweep, point["parameter"], point["state"], branch["turns"], HARMONICS)
+        if not found["converged"]:
+            continue
+        worst["converged"] += 1
+        apart = max(abs(a - b) for a, b in zip(found["state"], point["state"]))
+        if apart >= worst["largest_difference"]:
+            worst["largest_difference"], worst["at"] = apart, point["parameter"]
+    return worst
 
 
 def run(args) -> int:
@@ -40,6 +63,10 @@ def run(args) -> int:
             print(f"    {mark['kind']:<15} at {mark['parameter']:.6f}  multiplier {largest.real:+.5f} "
                   f"{largest.imag:+.5f}j  x {mark['state'][0]:+.5f}  touch-downs {mark['touch_downs']}")
     print(f"{len(found)} branches, {seconds:.1f} s")
+    for branch in found if args.check else []:
+        branch["harmonic_balance"] = check = balance_check(sweep, branch)
+        print(f"harmonic balance with {HARMONICS} harmonics a turn, period {branch['turns']}: converged at {check['converged']} "
+              f"of {check['points']} points, state within {check['largest_difference']:.2g} of shooting's")
     result = {"name": sweep.name, "parameter": sweep.continued_parameter,
               "branches": [{**branch, "points": [_plain(point) for point in branch["points"]],
                             "bifurcations": [_plain(mark) for mark in branch["bifurcations"]]} for branch in found]}

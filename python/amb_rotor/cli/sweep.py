@@ -1,6 +1,7 @@
 """`amb sweep`: bifurcation diagrams, regime maps, and the search for what a figure leaves out."""
 from __future__ import annotations
 
+import math
 import pathlib
 import time
 
@@ -10,10 +11,12 @@ from amb_rotor.errors import InputError
 HELP = "bifurcation diagram, regime map, or search for a figure's unstated values"
 EXAMPLE = "amb sweep config/thesis/fig_6_2.yaml --out out/fig_6_2"
 POINTS_AT_ONCE = 4096
+LARGE = 100_000  # points from which on a table is binary (points.npz) instead of text
+REGIMES = ("no_contact", "period", "quasi_periodic", "chaotic", "full_annular_rub", "dry_whirl", "diverged")
 
 
 def add_arguments(parser) -> None:
-    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1 or amb-probability/1")
+    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1, amb-figure/1, amb-basin/1 or amb-probability/1")
     common.add_out(parser, "sweep")
     parser.add_argument("--engine", choices=("local", "dask"), default="local",
                         help="local: this machine's cores; dask: chunks of the grid on a Dask cluster")
@@ -40,6 +43,12 @@ def run(args) -> int:
         return _search(args, path)
     if _format(path) == "amb-probability/1":
         return _probability(args, path)
+    if _format(path) == "amb-basin/1":
+        from amb_rotor.sweeps import basin
+        return basin.run_command(args, path)
+    if _format(path) == "amb-figure/1":
+        from amb_rotor.sweeps import figures
+        return figures.run_figure(args, path)
     return _sweep(args, path)
 
 
@@ -70,8 +79,9 @@ def _chunks(args, path: pathlib.Path, size: int, todo: list[int]):
 
 def _save_part(folder: pathlib.Path, first: int, result: dict) -> None:
     import numpy
+    codes = numpy.array([REGIMES.index(name) for name in result["regime"]], numpy.uint8)
     with common.atomic_path(folder / f"part_{first:09d}.npz") as part:
-        numpy.savez(part, **{key: numpy.asarray(value) for key, value in result.items()})
+        numpy.savez(part, **{key: codes if key == "regime" else numpy.asarray(value) for key, value in result.items()})
 
 
 def _gather(args, path: pathlib.Path, sweep, parts: pathlib.Path) -> tuple[dict, float, float]:
@@ -101,23 +111,58 @@ def _gather(args, path: pathlib.Path, sweep, parts: pathlib.Path) -> tuple[dict,
     loaded = [numpy.load(parts / f"part_{first:09d}.npz") for first in starts]
     keys = ("period", "contact_fraction", "regime", "largest_lyapunov", "max_radius", "whirl", "end")
     points = {key: numpy.concatenate([part[key] for part in loaded]) for key in keys}
+    points["regime"] = numpy.array(REGIMES)[points["regime"]]
     if all("sections" in part for part in loaded):
         points["sections"] = numpy.concatenate([part["sections"] for part in loaded])
     return points, seconds, steps
 
 
 def _border(axes, fixed):
-    """Border of stability of the annular rub where the map is friction over frequency, else none."""
+    """Friction at which the annular rub loses its stability, at each frequency of a map of friction over frequency with
+    a centred bearing; else none. Not finite, or 0, where there is no such border."""
     names = [name for name, _ in axes]
     if sorted(names) != ["frequency_ratio", "friction"] or fixed.get("misalignment"):
         return None
     from amb_rotor import _core
-    if not hasattr(_core, "annular_rub_border"):
-        return None
     import numpy
     frequencies = numpy.asarray(dict(axes)["frequency_ratio"])
-    border = numpy.array([_core.annular_rub_border({**fixed, "frequency_ratio": f}) for f in frequencies])
-    return (frequencies, border) if names[1] == "frequency_ratio" else (border, frequencies)
+    return frequencies, numpy.array([_core.annular_rub_border({**fixed, "frequency_ratio": f}) for f in frequencies])
+
+
+def _whirl_border(sweep) -> float:
+    """Friction above which the backward whirl that a map starts with grows; NaN where it starts with none."""
+    from amb_rotor import _core
+    x, y, vx, vy = sweep.initial
+    whirl = (y * vx - x * vy) / max(x * x + y * y, 1e-12)  # backward positive
+    fixed = {key: value for key, value in sweep.parameters.items() if key != "friction"}
+    if whirl <= 0.0 or fixed.get("misalignment") or "contact_stiffness" not in fixed or "damping" not in fixed:
+        return float("nan")
+    return _core.dry_whirl_friction(fixed, whirl)
+
+
+def border_report(axes, regimes, border) -> list[str]:
+    """How a map's dry whirl (held, or growing without limit) lies about a closed-form border: frequencies, frictions."""
+    import numpy
+    frequencies, frictions = border
+    values = dict(axes)
+    grid = numpy.isin(numpy.asarray(regimes), ("dry_whirl", "diverged")).reshape([len(v) for _, v in axes])
+    if axes[0][0] == "frequency_ratio":
+        grid = grid.T  # rows: friction
+    known = numpy.isfinite(frictions) & (frictions > 0.0)
+    above = (numpy.asarray(values["friction"])[:, None] > frictions[None, :]) & known
+    below = ~above & known
+    lines = [f"dry whirl or diverged: {100 * grid[above].mean():.1f} % of the points above the border, "
+             f"{100 * grid[below].mean():.1f} % of those below"] if above.any() and below.any() else []
+    # The map's own border: lowest friction from which on every point whirls.
+    ratios = []
+    for column in numpy.flatnonzero(known):
+        calm = numpy.flatnonzero(~grid[:, column])
+        if len(calm) and calm[-1] + 1 < len(grid):
+            ratios.append(values["friction"][calm[-1] + 1] / frictions[column])
+    if ratios:
+        lines.append(f"lowest friction from which on all of the map whirls, over the border's: median "
+                     f"{numpy.median(ratios):.3f}, {numpy.min(ratios):.3f} to {numpy.max(ratios):.3f} ({len(ratios)} frequencies)")
+    return lines
 
 
 def ranges(values, regimes, periods) -> list[str]:
@@ -144,32 +189,65 @@ def _sweep(args, path: pathlib.Path) -> int:
         pictures = draw.bifurcation(sweep.title, axes[0][0], axes[0][1], points["sections"], points["regime"], folder)
         print("\n".join(ranges(axes[0][1], points["regime"], points["period"])))
     else:
-        pictures = draw.regime_map(sweep.title, axes, points["regime"], _border(axes, sweep.parameters), folder)
+        border = _border(axes, sweep.parameters)
+        lines = []
+        if border is not None:
+            import numpy
+            lines.append(("annular rub loses its stability (closed form)", "k-", border))
+            whirl = _whirl_border(sweep)
+            if math.isfinite(whirl):
+                lines.append(("dry whirl of the start grows (closed form)", "k--",
+                              (border[0], numpy.full(len(border[0]), whirl))))
+            for text, _, line in lines:
+                print("\n  ".join([f"{text}:", *border_report(axes, points["regime"], line)]))
+            if axes[1][0] == "friction":
+                lines = [(text, style, line[::-1]) for text, style, line in lines]
+        pictures = draw.regime_map(sweep.title, axes, points["regime"], lines, folder)
     counts = collections.Counter(points["regime"].tolist())
     print(", ".join(f"{count} {regime}" for regime, count in counts.most_common()))
     if steps:
         print(f"{sweep.size} points of {sweep.turns} turns: {seconds:.2f} s of computing, "
               f"{steps / seconds:.3g} machine-steps/s")
-    names = [name for name, _ in axes]
-    table = [{"parameters": dict(zip(names, sweep.values_at(index))), "period": int(points["period"][index]),
-              "contact_fraction": float(points["contact_fraction"][index]),
-              "regime": str(points["regime"][index]),
-              "largest_lyapunov": float(points["largest_lyapunov"][index]),
-              "max_radius": float(points["max_radius"][index])} for index in range(sweep.size)]
-    common.write_json(args, {"name": sweep.name, "points": table})
-    _write_table(folder, table)
+    _write_points(args, sweep, points, folder)
     common.report_line(pictures[0])
     return 0
 
 
-def _write_table(folder: pathlib.Path, table: list[dict]) -> None:
-    names = list(table[0]["parameters"])
-    columns = [key for key in table[0] if key != "parameters"]
-    lines = [",".join(names + columns)]
+COLUMNS = ("period", "contact_fraction", "regime", "largest_lyapunov", "max_radius")
+
+
+def _write_points(args, sweep, points: dict, folder: pathlib.Path) -> None:
+    """points.csv with one row a point, or points.npz where there are very many; and --json."""
+    import numpy
+    names = [name for name, _ in sweep.axes]
+    if sweep.size > LARGE:
+        shape = [len(values) for _, values in sweep.axes]
+        with common.atomic_path(folder / "points.npz") as part:
+            numpy.savez_compressed(part, **{f"axis_{name}": values for name, values in sweep.axes},
+                                   regimes=numpy.array(REGIMES),
+                                   **{key: _code(points[key]).reshape(shape) for key in COLUMNS})
+    if sweep.size > LARGE and not args.json:
+        return
+    table = [{"parameters": dict(zip(names, sweep.values_at(index))),
+              **{key: points[key][index].item() for key in COLUMNS}} for index in range(sweep.size)]
+    common.write_json(args, {"name": sweep.name, "points": table})
+    if sweep.size > LARGE:
+        return
+    lines = [",".join(names + list(COLUMNS))]
     for row in table:
         lines.append(",".join([f"{row['parameters'][name]:.10g}" for name in names] +
-                              [f"{row[key]:.8g}" if isinstance(row[key], float) else str(row[key]) for key in columns]))
+                              [f"{row[key]:.8g}" if isinstance(row[key], float) else str(row[key]) for key in COLUMNS]))
     common.atomic_write(folder / "points.csv", "\n".join(lines) + "\n")
+
+
+def _code(column):
+    """Small types for very many points: a regime is its place in REGIMES."""
+    import numpy
+    if column.dtype.kind == "U":
+        return numpy.array([REGIMES.index(name) for name in column], numpy.uint8)
+    if column.dtype.kind == "i":
+        return column.astype(numpy.uint8)
+    return numpy.clip(column, -1e30, 1e30).astype(numpy.float32)  # what diverged is beyond float32
 
 
 # ---- search
@@ -179,6 +257,8 @@ def _search(args, path: pathlib.Path) -> int:
     from amb_rotor.sweeps import search as searching
     search = searching.read_search(path)
     folder = common.out_folder(args, "sweep", search.name)
+    if search.sampling:
+        return _sampled_search(args, search, folder)
     size = int(numpy.prod([len(values) for values in search.grid.values()]))
     began = time.perf_counter()
     with common.progress_bar(size, "grid points") as bar:
@@ -204,6 +284,47 @@ def _search(args, path: pathlib.Path) -> int:
                      "parameters": {name: float(value) for name, value in zip(search.grid, points[chosen[0]])}})
     common.write_json(args, {"name": search.name, "best": best})
     pictures = draw.score_map(search.title, search.grid, hits, total, folder)
+    common.report_line(pictures[0])
+    return 0
+
+
+def _sampled_search(args, search, folder: pathlib.Path) -> int:
+    import numpy
+    from amb_rotor.sweeps import draw
+    from amb_rotor.sweeps import search as searching
+    size = searching.sampled_size(search)
+    began = time.perf_counter()
+    with common.progress_bar(size, "samples") as bar:
+        points, hits, scores = searching.run_sampled(search, bar.update)
+    seconds = time.perf_counter() - began
+    total = sum(motion is not None for motion in searching.published(search))
+    trivial = max(((float(searching.shares(search, numpy.full(len(search.values), period))), period)
+                   for period in range(17)), key=lambda pair: (pair[0], -pair[1]))
+    order = numpy.argsort(-scores, kind="stable")
+    first = search.sampling["samples"]
+    print(f"{size} samples, {total} swept values inside the published ranges, {seconds:.0f} s")
+    print(f"score {trivial[0]:.3f}: one motion throughout ({'period ' + str(trivial[1]) if trivial[1] else 'aperiodic'})")
+    print("  score  agree  " + "  ".join(search.grid))
+    for index in order[:8]:
+        print(f"  {scores[index]:.3f}  {hits[index]:5d}  " +
+              "  ".join(f"{value:{len(name)}.4g}" for name, value in zip(search.grid, points[index])))
+    top = float(scores[order[0]])
+    near = scores >= top - 0.02
+    print(f"within 0.02 of the best: {int(near.sum())} samples, {int(near[:first].sum())} of the {first} that were "
+          "drawn over the whole ranges; their span:")
+    spans = {}
+    for index, name in enumerate(search.grid):
+        spans[name] = [float(points[near, index].min()), float(points[near, index].max())]
+        print(f"  {name:<24} {spans[name][0]:9.4g} to {spans[name][1]:9.4g}")
+    best = points[order[:1]]
+    periods = searching.run_points(search, best)[0]
+    for low, high, motion in search.expected:
+        inside = (search.values >= low) & (search.values <= high)
+        right = int(searching.MOTIONS[motion](periods[inside]).sum())
+        print(f"  best, {low:g} to {high:g}: {motion.replace('_', ' ')} at {right} of {int(inside.sum())}")
+    common.write_json(args, {"name": search.name, "score": top, "agree": int(hits[order[0]]), "of": total, "near": spans,
+                             "trivial": trivial[0], "best": dict(zip(search.grid, map(float, best[0])))})
+    pictures = draw.score_cloud(search.title, list(search.grid), points, scores, folder)
     common.report_line(pictures[0])
     return 0
 

@@ -21,6 +21,9 @@ LABELS = {
     "eccentricity": "eccentricity / clearance",
     "damping": "damping  $d_1 / (m \\omega_n)$",
     "friction_sign": "friction direction",
+    "hertz_stiffness": "Hertz stiffness  $\\kappa \\sqrt{C_s} / k_1$",
+    "knock_speed": "speed of the knock / (clearance $\\omega_n$)",
+    "knock_direction_deg": "direction of the knock from the unbalance [deg]",
 }
 
 
@@ -70,26 +73,30 @@ def bifurcation(title: str, parameter: str, values, sections, regimes, folder: p
     return save(figure, folder, "bifurcation")
 
 
-def regime_map(title: str, axes, regimes, border, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Regime over two parameters (first axis up, last axis to the right), with an analytic border if given."""
+def regime_map(title: str, axes, regimes, borders: list, folder: pathlib.Path,
+               stem: str = "regime_map") -> list[pathlib.Path]:
+    """Regime over two parameters (first axis up, last axis to the right), with borders in closed form: text, style, (x, y)."""
     pyplot = _pyplot()
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
     names = list(REGIME_COLOURS)
     (up, up_values), (right, right_values) = axes
-    grid = numpy.array([names.index(regime) for regime in regimes]).reshape(len(up_values), len(right_values))
+    regimes = numpy.asarray(regimes)
+    grid = sum(index * (regimes == name) for index, name in enumerate(names)).reshape(len(up_values), len(right_values))
     figure, axis = pyplot.subplots(figsize=(8, 5.6))
     axis.pcolormesh(right_values, up_values, grid, cmap=ListedColormap(list(REGIME_COLOURS.values())), vmin=-0.5,
                     vmax=len(names) - 0.5, shading="nearest", rasterized=True)
     handles = [Patch(color=REGIME_COLOURS[name], label=name.replace("_", " "))
                for index, name in enumerate(names) if (grid == index).any()]
-    if border is not None:
-        axis.plot(*border, "k-", linewidth=1.5)
-        handles.append(pyplot.Line2D([], [], color="k", label="annular rub: border of stability (closed form)"))
-        axis.set_ylim(min(up_values), max(up_values))
+    for text, style, border in borders:
+        x, y = (numpy.where(numpy.isfinite(column) & (column > 0.0), column, numpy.nan) for column in border)
+        axis.plot(x, y, style, linewidth=1.5)
+        handles.append(pyplot.Line2D([], [], color=style[0], linestyle=style[1:], label=text))
+    axis.set_xlim(min(right_values), max(right_values))
+    axis.set_ylim(min(up_values), max(up_values))
     axis.legend(handles=handles, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=4)
     axis.set(title=title, xlabel=label(right), ylabel=label(up))
-    return save(figure, folder, "regime_map")
+    return save(figure, folder, stem)
 
 
 def score_map(title: str, grid: dict, hits, total: int, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -106,6 +113,25 @@ def score_map(title: str, grid: dict, hits, total: int, folder: pathlib.Path) ->
                            rasterized=True)
     figure.colorbar(mesh, label="best agreement over the other axes [%]")
     axis.set(title=title, xlabel=label(right), ylabel=label(up))
+    return save(figure, folder, "search")
+
+
+def score_cloud(title: str, names: list[str], points, scores, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Score of every sample over each unstated value: a peak says that the figure determines the value."""
+    pyplot = _pyplot()
+    columns = 4
+    rows = -(-len(names) // columns)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(12, 2.6 * rows), sharey=True, squeeze=False,
+                                   constrained_layout=True)
+    for axis in axes.flat[len(names):]:
+        axis.remove()
+    for index, (name, axis) in enumerate(zip(names, axes.flat)):
+        axis.plot(points[:, index], scores, ".", markersize=1.2, color="#3182bd", rasterized=True)
+        axis.set_xlabel(label(name), fontsize=8)
+        axis.grid(alpha=0.3)
+    for row in axes[:, 0]:
+        row.set_ylabel("mean share right")
+    figure.suptitle(title)
     return save(figure, folder, "search")
 
 

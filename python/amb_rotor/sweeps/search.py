@@ -2,8 +2,12 @@
 
 A file of format amb-search/1 names a figure's parameters, the values the figure sweeps, the motion it shows in
 ranges of them, and a grid of the values that it leaves out (doc/formats_sweep.md). Every grid point is run over
-the whole sweep in the lanes; its score is the share of swept values, inside the ranges, whose motion is the
+the whole sweep in the lanes; its score is the number of swept values, inside the ranges, whose motion is the
 published one.
+
+With `sampling` the grid's ranges are sampled at random instead (many unstated values at once), and the best
+samples are refined by smaller boxes about them. There the score is the mean over the published ranges of the
+share of each that is right, so that one long range of period 1 does not outweigh the rest of a figure.
 """
 from __future__ import annotations
 
@@ -41,18 +45,25 @@ class Search:
     grid: dict          # name -> values
     initial: list
     run: dict
+    sampling: dict      # samples, seed, refinements; empty: the whole grid
+
+
+STATE = ("x", "y", "vx", "vy")
+REFINED, BOX = 24, 0.25  # best samples that are refined; first half width of their boxes, over the range
 
 
 def _values(spec, key: str) -> numpy.ndarray:
     if isinstance(spec, list):
         return numpy.array(spec, float)
     try:
+        if "values" in spec:
+            return numpy.array(spec["values"], float)
         if "step" in spec:
             count = math.floor((spec["to"] - spec["from"]) / spec["step"] * (1 + 1e-12)) + 1
             return spec["from"] + spec["step"] * numpy.arange(count)
         return numpy.linspace(spec["from"], spec["to"], int(spec["count"]))
     except (TypeError, KeyError) as error:
-        raise InputError(f"{key}: a list of numbers, or from, to and step or count ({error})") from error
+        raise InputError(f"{key}: a list of numbers, values, or from, to and step or count ({error})") from error
 
 
 def read_search(path: pathlib.Path) -> Search:
@@ -65,7 +76,12 @@ def read_search(path: pathlib.Path) -> Search:
         raise InputError(f"{path}: format: must be {FORMAT}")
     required = {"format", "name", "title", "contact", "parameters", "swept", "expected", "grid", "initial", "run"}
     faults = [f"{path}: {key}: the key is missing" for key in sorted(required - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - required)]
+    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - required - {"sampling"})]
+    sampling = document.get("sampling", {})
+    if sampling and not (isinstance(sampling, dict) and set(sampling) == {"samples", "seed", "refinements"}
+                         and all(isinstance(value, int) and value >= 0 for value in sampling.values())
+                         and sampling["samples"] >= 1):
+        faults.append(f"{path}: sampling: samples (at least 1), seed and refinements, whole numbers")
     if faults:
         raise InputError(faults)
     expected = [(float(item["from"]), float(item["to"]), item["motion"]) for item in document["expected"]]
@@ -77,7 +93,7 @@ def read_search(path: pathlib.Path) -> Search:
     return Search(document["name"], document["title"], document["contact"], document["parameters"],
                   swept["parameter"], _values(swept, f"{path}: swept"), expected,
                   {key: _values(spec, f"{path}: grid.{key}") for key, spec in document["grid"].items()},
-                  document["initial"], document["run"])
+                  document["initial"], document["run"], sampling)
 
 
 def published(search: Search) -> list:
@@ -98,24 +114,75 @@ def agreement(search: Search, periods: numpy.ndarray) -> numpy.ndarray:
     return hits
 
 
-def run_search(search: Search, progress=None) -> tuple[numpy.ndarray, numpy.ndarray]:
-    """All grid points (as rows of values) and their number of hits."""
+def shares(search: Search, periods: numpy.ndarray) -> numpy.ndarray:
+    """Mean over the published ranges of the share of their swept values that show the published motion."""
+    scores = []
+    for low, high, motion in search.expected:
+        inside = (search.values >= low) & (search.values <= high)
+        if inside.any():
+            scores.append(MOTIONS[motion](periods[..., inside]).mean(axis=-1))
+    return numpy.mean(scores, axis=0)
+
+
+def run_points(search: Search, points: numpy.ndarray, progress=None) -> numpy.ndarray:
+    """Periods at every swept value, a row each point (values in the order of the grid's names)."""
     from amb_rotor import _core
-    points = numpy.array(list(itertools.product(*search.grid.values())))
-    hits = numpy.zeros(len(points), int)
-    names = list(search.grid)
-    batch = max(1, POINTS_AT_ONCE // len(search.values))
+    count = len(search.values)
+    periods = numpy.zeros((len(points), count), int)
+    batch = max(1, POINTS_AT_ONCE // count)
     for first in range(0, len(points), batch):
         part = points[first:first + batch]
         columns = {key: numpy.array([float(value)]) for key, value in search.parameters.items()}
-        for index, key in enumerate(names):
-            columns[key] = numpy.repeat(part[:, index], len(search.values))
+        initial = numpy.tile(numpy.array(search.initial, float), (len(part) * count, 1))
+        for index, key in enumerate(search.grid):
+            values = numpy.repeat(part[:, index], count)
+            if key in STATE:
+                initial[:, STATE.index(key)] = values
+            else:
+                columns[key] = values
         columns[search.swept] = numpy.tile(search.values, len(part))
         turns, kept = search.run["turns"], search.run["kept_turns"]
-        result = _core.run_basic_lanes(columns, numpy.array(search.initial, float), contact=search.contact,
+        result = _core.run_basic_lanes(columns, initial, contact=search.contact,
                                        steps_per_turn=search.run["steps_per_turn"], turns_skipped=turns - kept,
                                        turns_kept=kept, regimes=False)
-        hits[first:first + batch] = agreement(search, result["period"].reshape(len(part), -1))
+        periods[first:first + batch] = result["period"].reshape(len(part), count)
         if progress:
             progress(len(part))
-    return points, hits
+    return periods
+
+
+def run_search(search: Search, progress=None) -> tuple[numpy.ndarray, numpy.ndarray]:
+    """All grid points (as rows of values) and their number of hits."""
+    points = numpy.array(list(itertools.product(*search.grid.values())))
+    return points, agreement(search, run_points(search, points, progress))
+
+
+def sampled_size(search: Search) -> int:
+    """Points that a sampled search runs."""
+    return search.sampling["samples"] * (1 + search.sampling["refinements"]) if search.sampling else 0
+
+
+def run_sampled(search: Search, progress=None) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
+    """Points, hits and scores of a sampled search. A refinement runs as many points again, in boxes about the
+    best so far that halve each time. Values of two or fewer (a friction direction) are chosen, not interpolated."""
+    random = numpy.random.default_rng(search.sampling["seed"])
+    low = numpy.array([values.min() for values in search.grid.values()])
+    high = numpy.array([values.max() for values in search.grid.values()])
+    choices = [values if len(values) <= 2 else None for values in search.grid.values()]
+    count = search.sampling["samples"]
+
+    def run(points):
+        for index, values in enumerate(choices):
+            if values is not None:
+                points[:, index] = values[numpy.abs(points[:, index, None] - values).argmin(axis=1)]
+        periods = run_points(search, points, progress)
+        return points, agreement(search, periods), shares(search, periods)
+
+    points, hits, scores = run(random.uniform(low, high, (count, len(low))))
+    for refinement in range(search.sampling["refinements"]):
+        best = points[numpy.argsort(-scores, kind="stable")[:REFINED]]
+        box = BOX * 0.5 ** refinement * (high - low)
+        about = best[random.integers(0, len(best), count)]
+        found = run(numpy.clip(about + random.uniform(-box, box, about.shape), low, high))
+        points, hits, scores = (numpy.concatenate(pair) for pair in zip((points, hits, scores), found))
+    return points, hits, scores
