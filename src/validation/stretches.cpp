@@ -91,9 +91,11 @@ double freeStep(const Model& model) {
 double contactStep(const Model& model) {
   double step = 2e-5;
   for (const auto& effect : model.effects)
-    if (effect.id == "compliant_mount") {  // the mount's own motion under the contact's stiffness
+    if (effect.id == "compliant_mount" || effect.id == "fractional_mount") {
+      // the mount's own motion under the contact's stiffness; an elastomer's at the fastest it can be
+      const bool fractional = effect.id == "fractional_mount";
       const double stiffness = model.rig.auxiliary_bearing.stiffness_N_per_m + effect.values[0];
-      step = std::min(step, 0.3 / std::sqrt(stiffness / std::max(effect.values[2], 1e-6)));
+      step = std::min(step, 0.3 / std::sqrt(stiffness / std::max(effect.values[fractional ? 3 : 2], 1e-6)));
     }
   return std::max(step, 2e-7);
 }

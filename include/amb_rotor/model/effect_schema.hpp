@@ -32,7 +32,7 @@ struct EffectSchema {
   std::string excited_by;  ///< the data that can show it, in words
   std::vector<ParameterSchema> parameters;
   bool needs_contact = false;  ///< cannot be seen without contact
-  bool hypothesis = false;     ///< no mechanism but a law by terms: never a candidate of the ranking
+  bool hypothesis = false;     ///< a law by terms, or a finer form of another effect: no candidate of the ranking
 
   int indexOf(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)
