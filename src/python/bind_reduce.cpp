@@ -12,25 +12,27 @@ namespace py = pybind11;
 namespace amb_rotor {
 namespace {
 
-/// Magnitudes of the transfer functions at frequencies, [frequency][output][input], in m/N.
-std::vector<double> magnitudes(const StateSpace& system, const std::vector<double>& frequencies_hz) {
-  std::vector<double> out;
-  for (double hz : frequencies_hz) {
-    const Eigen::MatrixXcd h = system.transfer({0.0, radPerSecond(hz)});
-    for (Eigen::Index row = 0; row < h.rows(); ++row)
-      for (Eigen::Index column = 0; column < h.cols(); ++column) out.push_back(std::abs(h(row, column)));
-  }
-  return out;
+/// Magnitudes of the transfer functions, [frequency][output][input], and the largest singular value of their difference
+/// at each frequency; in m/N. Without a reduced system only `before`.
+struct Responses {
+  std::vector<double> before, after, error;
+};
+
+void append(const Eigen::MatrixXcd& h, std::vector<double>& out) {
+  for (Eigen::Index row = 0; row < h.rows(); ++row)
+    for (Eigen::Index column = 0; column < h.cols(); ++column) out.push_back(std::abs(h(row, column)));
 }
 
-/// Largest singular value of the difference at each frequency [m/N].
-std::vector<double> errors(const StateSpace& full, const StateSpace& reduced,
-                           const std::vector<double>& frequencies_hz) {
-  std::vector<double> out;
+Responses responses(const StateSpace& full, const StateSpace* reduced, const std::vector<double>& frequencies_hz) {
+  Responses out;
   for (double hz : frequencies_hz) {
     const std::complex<double> s(0.0, radPerSecond(hz));
-    const Eigen::MatrixXcd difference = full.transfer(s) - reduced.transfer(s);
-    out.push_back(difference.jacobiSvd().singularValues()[0]);
+    const Eigen::MatrixXcd before = full.transfer(s);
+    append(before, out.before);
+    if (reduced == nullptr) continue;
+    const Eigen::MatrixXcd after = reduced->transfer(s);
+    append(after, out.after);
+    out.error.push_back((before - after).jacobiSvd().singularValues()[0]);
   }
   return out;
 }
@@ -81,17 +83,21 @@ void bindReduce(py::module_& m) {
       [](const Model& model, const std::string& method, int order, double speed_hz,
          const std::vector<double>& frequencies_hz) {
         const SupportedRotor supported(model, speed_hz);
+        const int per_mode = speed_hz != 0.0 ? 4 : 2;  // states of a mode: two a plane
+        if (method == "modal" && order % per_mode != 0)
+          throw InputError({{"", 0, "--order", std::to_string(order),
+                             "must be a multiple of " + std::to_string(per_mode) + ": a mode has so many states"}});
         StateSpace full, reduced;
         Eigen::VectorXd hankel;
         double bound = 0.0;
+        Responses seen;
         {
           const py::gil_scoped_release release;
           full = supported.system(allModes(supported.rotor()));
           const int states = static_cast<int>(full.a.rows());
           if (order < 0 || order > states)
-            throw InputError(
-                {{"", 0, "--order", std::to_string(order),
-                  "must be from 1 to " + std::to_string(states) + ", the states of the full rotor"}});
+            throw InputError({{"", 0, "--order", std::to_string(order),
+                               "must be from 1 to " + std::to_string(states) + ", the states of the full rotor"}});
           if (order > 0 && method == "balanced") {
             BalancedSystem balanced = balancedTruncation(full, order);
             reduced = std::move(balanced.system);
@@ -100,15 +106,9 @@ void bindReduce(py::module_& m) {
           } else {
             hankel = hankelSingularValues(full);
           }
-          if (order > 0 && method == "modal") {
-            // states of a mode: two a plane
-            const int per_mode = speed_hz != 0.0 ? 4 : 2;
-            if (order % per_mode != 0)
-              throw InputError(
-                  {{"", 0, "--order", std::to_string(order),
-                    "must be a multiple of " + std::to_string(per_mode) + ": a mode has so many states"}});
+          if (order > 0 && method == "modal")
             reduced = supported.system(reduceModal(supported.rotor(), order / per_mode));
-          }
+          seen = responses(full, order > 0 ? &reduced : nullptr, frequencies_hz);
         }
         py::dict d;
         d["states"] = full.a.rows();
@@ -116,21 +116,19 @@ void bindReduce(py::module_& m) {
         d["hankel_m_per_N"] = ownedArray(std::vector<double>(hankel.data(), hankel.data() + hankel.size()));
         d["support_stiffness_N_per_m"] = supported.stiffness();
         d["support_damping_N_s_per_m"] = supported.damping();
-        const auto n = static_cast<py::ssize_t>(frequencies_hz.size());
-        const std::vector<py::ssize_t> shape = {n, static_cast<py::ssize_t>(full.c.rows()),
+        const std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(frequencies_hz.size()),
+                                                static_cast<py::ssize_t>(full.c.rows()),
                                                 static_cast<py::ssize_t>(full.b.cols())};
-        d["before_m_per_N"] = ownedArray(magnitudes(full, frequencies_hz), shape);
+        d["before_m_per_N"] = ownedArray(std::move(seen.before), shape);
         if (order == 0) return d;
-        d["error_bound_m_per_N"] =
-            method == "balanced" ? py::object(py::float_(bound)) : py::object(py::none());
-        d["after_m_per_N"] = ownedArray(magnitudes(reduced, frequencies_hz), shape);
-        d["error_m_per_N"] = ownedArray(errors(full, reduced, frequencies_hz));
+        d["error_bound_m_per_N"] = method == "balanced" ? py::object(py::float_(bound)) : py::object(py::none());
+        d["after_m_per_N"] = ownedArray(std::move(seen.after), shape);
+        d["error_m_per_N"] = ownedArray(std::move(seen.error));
         return d;
       },
       py::arg("model"), py::arg("method"), py::arg("order"), py::arg("speed_hz"), py::arg("frequencies_hz"),
-      "Hankel singular values, and the transfer functions from forces at the magnetic bearings to "
-      "displacements at the "
-      "sensors, before and after a reduction to `order` states; order 0: only before.");
+      "Hankel singular values, and the transfer functions from forces at the magnetic bearings to displacements "
+      "at the sensors, before and after a reduction to `order` states; order 0: only before.");
 }
 
 }  // namespace amb_rotor

@@ -43,7 +43,7 @@ def run(args) -> int:
     if args.order is not None and args.order < 1:
         raise InputError("--order: must be from 1")
     model = models.load(args)
-    frequencies = numpy.geomspace(1.0, args.to, 1200)
+    frequencies = numpy.geomspace(1.0, args.to, 800)
     order = args.order
     if order is None:
         first = _core.reduce_rotor(model, args.method, 0, args.speed, list(frequencies))
