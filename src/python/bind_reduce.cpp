@@ -12,8 +12,8 @@ namespace py = pybind11;
 namespace amb_rotor {
 namespace {
 
-/// Magnitudes of the transfer functions, [frequency][output][input], and the largest singular value of their difference
-/// at each frequency; in m/N. Without a reduced system only `before`.
+/// Magnitudes of the transfer functions, [frequency][output][input], and the largest singular value of their
+/// difference at each frequency; in m/N. Without a reduced system only `before`.
 struct Responses {
   std::vector<double> before, after, error;
 };
@@ -23,7 +23,8 @@ void append(const Eigen::MatrixXcd& h, std::vector<double>& out) {
     for (Eigen::Index column = 0; column < h.cols(); ++column) out.push_back(std::abs(h(row, column)));
 }
 
-Responses responses(const StateSpace& full, const StateSpace* reduced, const std::vector<double>& frequencies_hz) {
+Responses responses(const StateSpace& full, const StateSpace* reduced,
+                    const std::vector<double>& frequencies_hz) {
   Responses out;
   for (double hz : frequencies_hz) {
     const std::complex<double> s(0.0, radPerSecond(hz));
@@ -85,8 +86,9 @@ void bindReduce(py::module_& m) {
         const SupportedRotor supported(model, speed_hz);
         const int per_mode = speed_hz != 0.0 ? 4 : 2;  // states of a mode: two a plane
         if (method == "modal" && order % per_mode != 0)
-          throw InputError({{"", 0, "--order", std::to_string(order),
-                             "must be a multiple of " + std::to_string(per_mode) + ": a mode has so many states"}});
+          throw InputError(
+              {{"", 0, "--order", std::to_string(order),
+                "must be a multiple of " + std::to_string(per_mode) + ": a mode has so many states"}});
         StateSpace full, reduced;
         Eigen::VectorXd hankel;
         double bound = 0.0;
@@ -96,8 +98,9 @@ void bindReduce(py::module_& m) {
           full = supported.system(allModes(supported.rotor()));
           const int states = static_cast<int>(full.a.rows());
           if (order < 0 || order > states)
-            throw InputError({{"", 0, "--order", std::to_string(order),
-                               "must be from 1 to " + std::to_string(states) + ", the states of the full rotor"}});
+            throw InputError(
+                {{"", 0, "--order", std::to_string(order),
+                  "must be from 1 to " + std::to_string(states) + ", the states of the full rotor"}});
           if (order > 0 && method == "balanced") {
             BalancedSystem balanced = balancedTruncation(full, order);
             reduced = std::move(balanced.system);
@@ -121,13 +124,15 @@ void bindReduce(py::module_& m) {
                                                 static_cast<py::ssize_t>(full.b.cols())};
         d["before_m_per_N"] = ownedArray(std::move(seen.before), shape);
         if (order == 0) return d;
-        d["error_bound_m_per_N"] = method == "balanced" ? py::object(py::float_(bound)) : py::object(py::none());
+        d["error_bound_m_per_N"] =
+            method == "balanced" ? py::object(py::float_(bound)) : py::object(py::none());
         d["after_m_per_N"] = ownedArray(std::move(seen.after), shape);
         d["error_m_per_N"] = ownedArray(std::move(seen.error));
         return d;
       },
       py::arg("model"), py::arg("method"), py::arg("order"), py::arg("speed_hz"), py::arg("frequencies_hz"),
-      "Hankel singular values, and the transfer functions from forces at the magnetic bearings to displacements "
+      "Hankel singular values, and the transfer functions from forces at the magnetic bearings to "
+      "displacements "
       "at the sensors, before and after a reduction to `order` states; order 0: only before.");
 }
 
