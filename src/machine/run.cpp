@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/event_stepper.hpp"
+#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/machine/simulator.hpp"
 
 namespace amb_rotor {
@@ -27,6 +29,12 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
   for (int a = 0; a < 4; ++a)
     (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) = sim.bearingOn(a, seen.time) ? 1.0 : 0.0;
   in.contact_mode = state.contact_mode;
+  double stick_force[2] = {0.0, 0.0};
+  if (sim.machine().frictionLaw() == FrictionLaw::set_valued) {
+    in.sliding = state.sliding;
+    StickSolver(sim.machine()).solve(in, state.sliding, state.mechanics.data(), stick_force);
+    in.stick_force = stick_force;
+  }
   Observation<double> observation;
   sim.machine().observe(in, state.mechanics.data(), nullptr, observation);
   out.time_s.push_back(seen.time);
@@ -52,6 +60,19 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
     out.displacement_m[a].push_back(seen.signal[a]);
     out.current_A[a].push_back(state.current[a]);
   }
+}
+
+/// Largest distance of the rotor from the stator's axis at the magnetic bearings, sensors and auxiliary bearings [m]: a
+/// tilt or a bend that grows moves one of these six planes, wherever its nodes are. Not a number where one of them is.
+double largestRadius(const Machine<double>& machine, const double* mechanics) {
+  double largest = 0.0;
+  for (int plane = plane_amb; plane < plane_aux + 2; ++plane) {
+    const Vec2<double> place = machine.rotor().at(plane, mechanics);
+    const double radius = std::hypot(place.x, place.y);
+    if (!(radius <= largest)) largest = radius;
+    if (std::isnan(radius)) return radius;
+  }
+  return largest;
 }
 
 }  // namespace
@@ -142,8 +163,7 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
       const bool last = end >= scenario.duration_s;
       if (!sim.run(state, end, stepper, [&](const Record<double>& seen) { record(sim, seen, out); }, last))
         return false;
-      for (int i = 0; i < 2; ++i)
-        if (!(std::fabs(state.mechanics[i * machine.rotor().modes()]) < limit)) diverged = true;
+      if (!(largestRadius(machine, state.mechanics.data()) < limit)) diverged = true;
       if (diverged || last) return true;
     }
   }();
@@ -159,7 +179,7 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   } else if (diverged) {
     run.outcome.status = RunStatus::diverged;
     run.outcome.reason = "the rotor left the bearing by more than " + std::to_string(int(divergence_factor)) +
-                         " clearances";
+                         " clearances at a magnetic bearing, a sensor or an auxiliary bearing";
   }
   run.final_state = std::move(state);
   return run;

@@ -35,6 +35,8 @@ std::string canonicalText(const Model& model, const EffectCatalogue& catalogue) 
             [](const EffectSetting& a, const EffectSetting& b) { return a.id < b.id; });
   std::string text = std::string("rotor.model=") + rotorModelName(model.rotor_model) +
                      "\namb.model=" + ambModelName(model.amb_model) + "\n";
+  // Only where it is not the usual one: hashes of older files stay what they are.
+  if (model.friction_law == FrictionLaw::set_valued) text += "friction_law=set_valued\n";
   for (const ModelField& field : modelFields(sorted, catalogue)) text += lineText(field.path, *field.value);
   text += optionChoices(sorted);
   for (const EffectSetting& effect : sorted.effects) text += "effect=" + effect.id + "\n";

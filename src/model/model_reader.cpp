@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "amb_rotor/model/model_rules.hpp"
+#include "amb_rotor/model/mount_dimensions.hpp"
 #include "control_text.hpp"
 
 namespace amb_rotor {
@@ -75,6 +76,8 @@ void readAuxiliaryBearing(YamlMap bearing, Model& model) {
   values.damping_N_s_per_m = contact.number("damping_N_s_per_m");
   contact.finish();
   values.friction_coefficient = bearing.number("friction_coefficient");
+  if (bearing.has("friction_law") && bearing.choice("friction_law", {"regularised", "set_valued"}) == 1)
+    model.friction_law = FrictionLaw::set_valued;
   bearing.choice("mount", {"rigid"});
   bearing.finish();
 }
@@ -112,6 +115,13 @@ void readEffects(YamlMap& root, const EffectCatalogue& catalogue, Model& model) 
     EffectSetting effect;
     effect.id = entry.text("effect");
     const EffectSchema* schema = catalogue.find(effect.id);
+    if (effect.id == "compliant_mount" && schema != nullptr && hasMountDimensions(entry)) {
+      effect.values = readMountDimensions(entry);
+      entry.finish();
+      faults.noteLine("effects." + effect.id, item.line);
+      model.effects.push_back(std::move(effect));
+      continue;
+    }
     const YamlNode* parameters = entry.take("parameters", true);
     entry.finish();
     if (effect.id.empty()) continue;

@@ -141,6 +141,23 @@ void checkEffects(const Model& model, const EffectCatalogue& catalogue, bool ski
   }
 }
 
+/// Effects that a model's structure leaves nothing to act on, and effects that exclude each other.
+void checkStructure(const Model& model, std::vector<Fault>& faults) {
+  const auto has = [&](const char* id) {
+    return std::any_of(model.effects.begin(), model.effects.end(),
+                       [&](const EffectSetting& effect) { return effect.id == id; });
+  };
+  if (has("gyroscopic_coupling") && model.rotor_model == RotorModel::rigid_mass)
+    faults.push_back(
+        {"", 0, "effects.gyroscopic_coupling", "", "needs a rotor that tilts; a rigid_mass does not"});
+  if (has("gyroscopic_coupling") && model.rotor_model == RotorModel::flexible)
+    faults.push_back({"", 0, "effects.gyroscopic_coupling", "",
+                      "is for a rigid_beam; a flexible rotor has its gyroscopic matrix from its geometry"});
+  if (has("compliant_mount") && has("fractional_mount"))
+    faults.push_back(
+        {"", 0, "effects.fractional_mount", "", "excludes compliant_mount; a bearing has one mount"});
+}
+
 }  // namespace
 
 std::string FieldLimit::text() const {
@@ -236,6 +253,7 @@ std::vector<Fault> checkModel(const Model& model, const EffectCatalogue& catalog
   if (!flexible && !model.rotor_geometry.empty())
     faults.push_back({"", 0, "rotor.geometry", model.rotor_geometry, "a rigid rotor has no geometry file"});
   checkEffects(model, catalogue, skip_unreadable, faults);
+  checkStructure(model, faults);
   return faults;
 }
 

@@ -46,7 +46,9 @@ std::string rigText(const Model& model) {
           pairText("rotor_radius_m", bearing.rotor_radius_m) + "\n    contact: {model: linear, " +
           pairText("stiffness_N_per_m", bearing.stiffness_N_per_m) + ", " +
           pairText("damping_N_s_per_m", bearing.damping_N_s_per_m) + "}\n    " +
-          pairText("friction_coefficient", bearing.friction_coefficient) + "\n    mount: rigid\n";
+          pairText("friction_coefficient", bearing.friction_coefficient) + "\n" +
+          (model.friction_law == FrictionLaw::set_valued ? "    friction_law: set_valued\n" : "") +
+          "    mount: rigid\n";
   text += rig.unbalance.empty() ? "  unbalance: []\n" : "  unbalance:\n";
   for (const auto& unbalance : rig.unbalance)
     text += "    - {" + pairText("plane_z_m", unbalance.plane_z_m) + ", " +

@@ -6,7 +6,8 @@ namespace py = pybind11;
 namespace amb_rotor {
 void bindMakeDataset(py::module_& m);
 void bindMotion(py::module_& m);
-}
+void bindReduce(py::module_& m);
+}  // namespace amb_rotor
 
 namespace {
 
@@ -36,4 +37,5 @@ PYBIND11_MODULE(_core, m) {
   amb_rotor::bindSweep(m);
   amb_rotor::bindMotion(m);
   amb_rotor::bindMakeDataset(m);
+  amb_rotor::bindReduce(m);
 }

@@ -9,6 +9,7 @@
 #include "amb_rotor/excitation/schedule.hpp"
 #include "amb_rotor/excitation/shaft_path.hpp"
 #include "amb_rotor/machine/assembly.hpp"
+#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/model/model_writer.hpp"
 #include "amb_rotor/model/scenario_reader.hpp"
 #include "amb_rotor/ros/conversions.hpp"
@@ -45,6 +46,7 @@ void PlantCore::buildMachine(const Injection& injection) {
   ExtraPlanes<double> extra;
   for (const auto& force : injection.forces) extra.force_z_m.push_back(force.plane_z);
   for (const auto& u : injection.unbalances) extra.unbalance.push_back({u.plane_z, u.moment, u.phase});
+  refuseSetValuedFriction(model_.friction_law, "the node graph");
   stepper_.reset();
   machine_ =
       std::make_unique<Machine<double>>(std::vector<const Model*>{&model_}, spinOf(model_, scenario_), extra);

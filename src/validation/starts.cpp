@@ -108,6 +108,10 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     for (int k = 0; k < 4; ++k) out.push_back({0.02, 0.5 * pi * k});
     return out;
   }
+  if (effect == "gyroscopic_coupling" && belief.rotor_model != RotorModel::rigid_beam) {
+    reason = "only a rigid beam tilts without a gyroscopic matrix of its own";
+    return {};
+  }
   if (effect == "gyroscopic_coupling") return {with({rig.rotor.polar_inertia_kg_m2})};
   if (effect == "cross_coupled_stiffness") return {with({0.0, 100.0, 1.0, 0.0})};
   if (effect == "foundation_resonance") {

@@ -90,8 +90,7 @@ double freeStep(const Model& model) {
     const double frequency = effect.values[schema->indexOf("frequency_hz")];
     step = std::min(step, 0.4 / (two_pi * std::max(frequency, 1.0)));
   }
-  // lighter mounts follow their springs: stable down to 0.2 g, beyond which the prediction is refused as not finite
-  return std::max(step, 8e-6);
+  return std::max(step, 2e-6);
 }
 
 double contactStep(const Model& model) {
@@ -109,8 +108,11 @@ double contactStep(const Model& model) {
       stiffness = std::max(stiffness, 1.5 * effect.values[0] * std::sqrt(hertz_penetration_m));
   double step = std::min(5e-5, 0.3 / std::sqrt(stiffness * inverse_mass));
   for (const auto& effect : model.effects)
-    if (effect.id == "compliant_mount")  // the mount's own motion under the contact's stiffness
-      step = std::min(step, 0.5 / std::sqrt((stiffness + effect.values[0]) / std::max(effect.values[2], 1e-6)));
+    if (effect.id == "compliant_mount" || effect.id == "fractional_mount") {
+      // the mount's own motion under the contact's stiffness; an elastomer's at the fastest it can be
+      const double mass = effect.values[effect.id == "fractional_mount" ? 3 : 2];
+      step = std::min(step, 0.5 / std::sqrt((stiffness + effect.values[0]) / std::max(mass, 1e-6)));
+    }
   // lighter mounts follow their springs: stable down to 0.2 g, beyond which the prediction is refused as not finite
   return std::max(step, 8e-6);
 }

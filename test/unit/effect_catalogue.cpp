@@ -88,10 +88,14 @@ TEST(EffectCatalogueTest, LimitsHoldTheTypicalAndTheNeutralValue) {
       const std::string expected = unit == "Hz" ? "hz" : first == "1" ? "per" : first;
       EXPECT_NE(p.name.find("_" + expected), std::string::npos) << name << " in " << p.unit;
     }
-    const bool contact =
-        std::set<std::string>{"auxiliary_bearing_misalignment", "hertzian_contact", "compliant_mount",
-                              "velocity_dependent_friction", "inner_ring_spin"}
-            .count(schema.id) > 0;
+    const bool contact = std::set<std::string>{"auxiliary_bearing_misalignment",
+                                               "auxiliary_bearing_tilt",
+                                               "hertzian_contact",
+                                               "compliant_mount",
+                                               "fractional_mount",
+                                               "velocity_dependent_friction",
+                                               "inner_ring_spin"}
+                             .count(schema.id) > 0;
     EXPECT_EQ(schema.needs_contact, contact) << schema.id;
   }
 }
@@ -158,7 +162,8 @@ TEST(EffectCatalogueTest, AContactEffectLeavesAFreeRunBitForBit) {
     if (!schema.needs_contact) continue;
     const auto run = simulate(with(eventfulModel(), schema.id, typicalValues(schema.id)), scenario);
     ASSERT_TRUE(run.trajectory.contacts.empty()) << schema.id;
-    const bool has_states = schema.id == "compliant_mount" || schema.id == "inner_ring_spin";
+    const bool has_states =
+        schema.id == "compliant_mount" || schema.id == "fractional_mount" || schema.id == "inner_ring_spin";
     EXPECT_LE(difference(baseline.trajectory, run.trajectory), has_states ? 1e-11 : 0.0) << schema.id;
   }
 }

@@ -3,6 +3,7 @@
 // saturation). A new effect is one more header and one more name in this list.
 #include "amb_rotor/effects/amplifier_lag.hpp"
 #include "amb_rotor/effects/auxiliary_bearing_misalignment.hpp"
+#include "amb_rotor/effects/auxiliary_bearing_tilt.hpp"
 #include "amb_rotor/effects/compliant_mount.hpp"
 #include "amb_rotor/effects/control_delay.hpp"
 #include "amb_rotor/effects/couple_unbalance.hpp"
@@ -11,6 +12,7 @@
 #include "amb_rotor/effects/eddy_current_lag.hpp"
 #include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/effects/foundation_resonance.hpp"
+#include "amb_rotor/effects/fractional_mount.hpp"
 #include "amb_rotor/effects/gyroscopic_coupling.hpp"
 #include "amb_rotor/effects/hertzian_contact.hpp"
 #include "amb_rotor/effects/inner_ring_spin.hpp"
@@ -43,8 +45,8 @@ using All = EffectList<SensorAxisRotation, SensorRunout, SensorGainError, Couple
                        GyroscopicCoupling, StiffnessAnisotropy, CrossCoupledStiffness, InternalDamping,
                        MotorMagneticPull, FoundationResonance, MagneticNonlinearity, MagneticSaturation,
                        CurrentSaturation, AmplifierLag, ControlDelay, EddyCurrentLag, AuxiliaryBearingMisalignment,
-                       HertzianContact, CompliantMount, VelocityDependentFriction, InnerRingSpin, SpinDrag, ShaftCrack,
-                       ShaftFlexibility, ForceLaw>;
+                       AuxiliaryBearingTilt, HertzianContact, CompliantMount, FractionalMount,
+                       VelocityDependentFriction, InnerRingSpin, SpinDrag, ShaftCrack, ShaftFlexibility, ForceLaw>;
 
 /// Place of an effect in the order in which they act; -1: unknown.
 template <class F>

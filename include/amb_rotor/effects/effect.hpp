@@ -6,7 +6,7 @@
 // in the continuous state that it declares. Adding an effect: the header, and its line in effects/all.hpp.
 //
 // Order in a machine: rig() and rotor() once; then at each instant stator, flux(),
-// bearingForce(), contactCentre()/normalForce()/friction(), rotorForce(), and last the reactions. Effects of one port
+// bearingForce(), contactCentre()/contactEdge()/normalForce()/friction(), rotorForce(), and last the reactions. Effects of one port
 // act in the order of effects/all.hpp (sensors: rotation, then runout, then gain).
 #include <cmath>
 #include <memory>
@@ -37,7 +37,8 @@ enum Role : unsigned {
   acts_on_spin = 1u << 10,
   is_mount = 1u << 11,
   is_ring = 1u << 12,
-  is_stator = 1u << 13
+  is_stator = 1u << 13,
+  acts_on_contact_edge = 1u << 14
 };
 
 /// Lets an effect shape the rotor before a machine is built.
@@ -98,6 +99,8 @@ class EffectPhysics {
   virtual void bearingForce(const BearingSite<S>&, Vec2<S>&) const {}
   virtual void rotorForce(const Shaft<S>&, RotorForces<S>&) const {}
   virtual void contactCentre(int, Vec2<S>&) const {}
+  /// Centre of the edge that a rotor at `offset` from the bearing's centre meets, in place (a tilted bearing).
+  virtual void contactEdge(int, const Vec2<S>&, Vec2<S>&) const {}
   virtual void normalForce(const S&, const S&, NormalForce<S>&) const {}
   virtual void friction(const S&, S&) const {}
   /// Adds to Omega' [rad/s^2] of a shaft whose drive keeps a constant speed.

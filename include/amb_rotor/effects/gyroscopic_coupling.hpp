@@ -2,6 +2,8 @@
 // Gyroscopic coupling: the polar inertia Ip [kg m2] couples the tilting axes (rotor/modal_rotor.hpp); it takes the
 // place of the rig's own value. Signature: the conical mode splits into forward and backward,
 // W_f,b = +- Ip W/(2 It) + sqrt(w^2 + (Ip W/(2 It))^2). Ip <= 2 It by the triangle inequality.
+// For a rigid_beam only: a rigid_mass does not tilt, and a flexible rotor has its gyroscopic matrix from its
+// geometry. The rules of a model refuse it elsewhere (model/model_rules.hpp).
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

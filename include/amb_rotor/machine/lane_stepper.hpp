@@ -1,11 +1,14 @@
 #pragma once
 // Fixed-step Runge-Kutta 4 for lanes (and double): contact by masks. A step in which an end of a lane touches or
 // leaves is taken again in four parts, the part with the change again, and once more, so that the jump of the contact
-// force is met to 1/64 of a step (or 2.5 us); all other steps only need to resolve the smooth motion. The event-accurate stepper
-// is the reference.
+// force is met to 1/64 of a step (or 2.5 us); all other steps only need to resolve the smooth motion. The event-accurate
+// stepper is the reference.
+// Set-valued friction is not here: whether an end sticks is a mode of its own, with events of its own, in every lane. A
+// model with friction_law set_valued is refused by name.
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/machine/simulator.hpp"
 
 namespace amb_rotor {
@@ -17,6 +20,7 @@ class LaneStepper {
   /// @param contact_step_s  the same where an end of a lane is in contact or about to be
   LaneStepper(const Machine<S>& machine, double largest_step_s, double contact_step_s)
       : largest_(largest_step_s), contact_(contact_step_s) {
+    refuseSetValuedFriction(machine.frictionLaw(), "lanes of fixed steps");
     const int n = machine.stateSize();
     for (auto* buffer : {&k1_, &k2_, &k3_, &k4_, &work_}) buffer->assign(n, S(0.0));
   }

@@ -47,6 +47,8 @@ struct Inputs {
   const Vec2<S>* extra_force = nullptr;        ///< one for each ExtraPlanes::force_z_m [N]
   const S* extra_unbalance = nullptr;          ///< factor of each ExtraPlanes::unbalance
   const int* contact_mode = nullptr;           ///< per end: 1 carries, 0 not; null: cut off by sign
+  const int* sliding = nullptr;                ///< per end, set-valued friction: +-1 slides, 0 sticks; null: regularised
+  const S* stick_force = nullptr;              ///< per end: friction force where it sticks [N]
   bool far_from_contact = false;               ///< the caller knows that no end of a lane touches
   const LocalContact<S>* contact = nullptr;    ///< per end: a contact from outside; null: the machine's own
 };
@@ -79,6 +81,7 @@ class Machine {
   const Rig<S>& rig() const { return rig_; }
   const ModalRotor<S>& rotor() const { return rotor_; }
   AmbModel ambModel() const { return amb_model_; }
+  FrictionLaw frictionLaw() const { return friction_law_; }
   Spin spin() const { return spin_; }
   bool isFlexible() const { return rotor_.modes() > 2; }
   /// Where the mounts' states begin (b, b' of end a, then b), and the rings' speeds; below 0: there are none.
@@ -119,6 +122,12 @@ class Machine {
   /// Penetration [m] (negative: gap) and its rate at an end.
   void approach(int end, const S* state, S& penetration, S& rate) const;
 
+  /// Sliding speed of the surfaces at an end [m/s], positive where the rotor's goes with the spin.
+  S slip(int end, const Inputs<S>& in, const S* state) const;
+  /// Its rate [m/s^2] from a state and that state's rates:
+  ///   v = R W + t.u - arm w  ->  v' = R W' + t.u' - (t.u)(n.u)/|r| - arm w',  u = r', |r| the distance of the centres
+  S slipRate(int end, const Inputs<S>& in, const S* state, const S* rate) const;
+
   /// Contact at both ends for a state, as a partner in the node graph computes it.
   void contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const;
 
@@ -144,10 +153,12 @@ class Machine {
   ControlOptions control_;
   SignalChain chain_;
   Electrics<S> electrics_;
+  FrictionLaw friction_law_;
   Rig<S> rig_;
   ModalRotor<S> rotor_;
   std::vector<Part> parts_;
-  std::vector<const EffectPhysics<S>*> sensing_, flux_, bearing_, pushing_, centring_, normal_, friction_, spinning_;
+  std::vector<const EffectPhysics<S>*> sensing_, flux_, bearing_, pushing_, centring_, edging_, normal_, friction_,
+      spinning_;
   const Part* mount_ = nullptr;
   const Part* ring_ = nullptr;
   const Part* stator_ = nullptr;

@@ -7,6 +7,7 @@
 #include "amb_rotor/excitation/unbalance.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/machine.hpp"
+#include "amb_rotor/machine/state.hpp"
 
 namespace amb_rotor {
 
@@ -33,7 +34,8 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
     : spin_(spin),
       amb_model_(models.at(0)->amb_model),
       control_(models[0]->control),
-      chain_(models[0]->signal_chain) {
+      chain_(models[0]->signal_chain),
+      friction_law_(models[0]->friction_law) {
   gatherRig(models, rig_);
   effects::forEachEffect([&](auto* effect) {
     const std::string id = std::remove_pointer_t<decltype(effect)>::schema().id;
@@ -73,6 +75,7 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
     if (part.roles & acts_on_bearing_force) bearing_.push_back(physics);
     if (part.roles & acts_on_rotor_force) pushing_.push_back(physics);
     if (part.roles & acts_on_contact_centre) centring_.push_back(physics);
+    if (part.roles & acts_on_contact_edge) edging_.push_back(physics);
     if (part.roles & acts_on_normal_force) normal_.push_back(physics);
     if (part.roles & acts_on_friction) friction_.push_back(physics);
     if (part.roles & acts_on_spin) spinning_.push_back(physics);
@@ -198,7 +201,12 @@ Contact<S> Machine<S>::contactAt(int end, const Vec2<S>& position, const Vec2<S>
   else
     c.normal_force = select((c.penetration > S(0.0)), maximum(n.force, S(0.0)), S(0.0));
   if (!any(c.normal_force > S(0.0))) return c;  // nobody touches: spare the friction
-  c.friction_force = c.normal_force * coulombFactor(c.friction_coefficient, c.slip);
+  if (in.sliding == nullptr || in.sliding[end] == sliding_unset)
+    c.friction_force = c.normal_force * coulombFactor(c.friction_coefficient, c.slip);
+  else if (in.sliding[end] != 0)
+    c.friction_force = c.normal_force * c.friction_coefficient * S(-1.0 * in.sliding[end]);
+  else
+    c.friction_force = in.stick_force[end];
   c.force = {-c.normal_force * g.normal.x - c.friction_force * g.normal.y,
              -c.normal_force * g.normal.y + c.friction_force * g.normal.x};
   return c;
@@ -258,6 +266,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     } else if (mount_ != nullptr) {
       mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
     }
+    for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
     if (ring_ != nullptr) angular[end] = ring_->physics->ringSpeed(end, state + ring_->offset);
     const Contact<S> contact =
         contactAt(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
@@ -321,12 +330,38 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
 template <class S>
 ContactGeometry<S> Machine<S>::geometryAt(int end, const S* state) const {
   const S* v = state + 2 * rotor_.modes();
+  const Vec2<S> position = rotor_.at(plane_aux + end, state);
   Vec2<S> centre, centre_velocity;
   if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, centre, centre_velocity);
   for (const auto* effect : centring_) effect->contactCentre(end, centre);
   if (mount_ != nullptr) mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
-  return contactGeometry(rotor_.at(plane_aux + end, state) - centre, rotor_.at(plane_aux + end, v) - centre_velocity,
+  for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
+  return contactGeometry(position - centre, rotor_.at(plane_aux + end, v) - centre_velocity,
                          rig_.auxiliary_bearing.clearance_m);
+}
+
+template <class S>
+S Machine<S>::slip(int end, const Inputs<S>& in, const S* state) const {
+  const S speed = spin_ == Spin::prescribed ? in.shaft.speed : state[size_ - 1];
+  const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, state + ring_->offset) : S(0.0);
+  return rig_.auxiliary_bearing.rotor_radius_m * speed + geometryAt(end, state).tangential_rate - ring_arm_ * ring;
+}
+
+template <class S>
+S Machine<S>::slipRate(int end, const Inputs<S>& in, const S* state, const S* rate) const {
+  const ContactGeometry<S> g = geometryAt(end, state);
+  // Mount, stator and ring map their states linearly to positions and velocities: their rates to velocities and
+  // accelerations.
+  Vec2<S> velocity, acceleration;
+  if (mount_ != nullptr)
+    mount_->physics->mountPosition(end, rate + mount_->offset, velocity, acceleration);
+  else if (stator_ != nullptr)
+    stator_->physics->statorPosition(rate + stator_->offset, velocity, acceleration);
+  const Vec2<S> relative = rotor_.at(plane_aux + end, rate + 2 * rotor_.modes()) - acceleration;
+  const S spin = spin_ == Spin::prescribed ? in.shaft.acceleration : rate[size_ - 1];
+  const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, rate + ring_->offset) : S(0.0);
+  return rig_.auxiliary_bearing.rotor_radius_m * spin + g.normal.x * relative.y - g.normal.y * relative.x -
+         g.tangential_rate * g.rate / g.distance - ring_arm_ * ring;
 }
 
 template <class S>

@@ -14,6 +14,9 @@ struct PendingCommand {
   S command[4];      ///< ax, ay, bx, by [A]
 };
 
+/// No contact yet: whether it slides or sticks is found when it begins.
+constexpr int sliding_unset = 2;
+
 template <class S>
 struct MachineState {
   double time = 0.0;
@@ -27,6 +30,7 @@ struct MachineState {
   long next_sample = 0;                 ///< index of the controller's next sample
   long next_record = 0;                 ///< index of the next recorded instant
   int contact_mode[2] = {0, 0};         ///< 1: carries (event-accurate runs)
+  int sliding[2] = {sliding_unset, sliding_unset};  ///< set-valued friction: 1 with the spin, -1 against it, 0 sticks
 };
 
 }  // namespace amb_rotor

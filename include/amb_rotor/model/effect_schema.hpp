@@ -32,7 +32,7 @@ struct EffectSchema {
   std::string excited_by;  ///< the data that can show it, in words
   std::vector<ParameterSchema> parameters;
   bool needs_contact = false;  ///< cannot be seen without contact
-  bool hypothesis = false;     ///< no mechanism but a law by terms: never a candidate of the ranking
+  bool hypothesis = false;     ///< a law by terms, or a finer form of another effect: no candidate of the ranking
   std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
 
   int indexOf(const std::string& name) const {

@@ -27,10 +27,17 @@ struct FlexibleModes {
   std::vector<double> shape;                     ///< z_m.size() * n, row by row
 };
 
+/// Friction where the surfaces stop sliding.
+enum class FrictionLaw {
+  regularised,  ///< mu N tanh(v/v0): creeps instead of sticking; everywhere
+  set_valued    ///< Coulomb with stick, by located events; event-accurate runs in process only
+};
+
 struct Model {
   std::string name;
   RotorModel rotor_model = RotorModel::rigid_beam;
   AmbModel amb_model = AmbModel::linear;
+  FrictionLaw friction_law = FrictionLaw::regularised;
   Rig<double> rig;
   ControlOptions control;           ///< beyond the PID of the rig block
   SignalChain signal_chain;         ///< empty: exact samples and commands

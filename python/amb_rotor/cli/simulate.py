@@ -16,6 +16,9 @@ def add_arguments(parser) -> None:
     parser.add_argument("--scenario", metavar="S", required=True, help="file of format amb-scenario/1")
     parser.add_argument("--out", metavar="F", help="table to write: .csv, .csv.gz, .npz or .bag "
                                                    "(default: out/simulate-NAME/run.csv)")
+    parser.add_argument("--motion-from", metavar="S", type=float,
+                        help="say what the rotor does in its auxiliary bearings from this instant on")
+    parser.add_argument("--picture", metavar="PNG", help="orbit, spectrum and time history; needs --motion-from")
 
 
 def write_csv(path: pathlib.Path, columns: dict) -> None:
@@ -54,6 +57,10 @@ def run(args) -> int:
         pathlib.Path("out") / f"simulate-{models.stem(args.scenario)}" / "run.csv"
     if not path.name.endswith((".csv", ".csv.gz", ".npz", ".bag")):
         raise InputError(f"{path}: must end in .csv, .csv.gz, .npz or .bag")
+    if args.picture and args.motion_from is None:
+        raise InputError("--picture: needs --motion-from")
+    if args.motion_from is not None and not 0.0 <= args.motion_from < scenario.duration_s:
+        raise InputError(f"--motion-from {args.motion_from:g}: must be within the run of {scenario.duration_s:g} s")
     path.parent.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
     result = _core.simulate(model, scenario)
@@ -69,11 +76,27 @@ def run(args) -> int:
     print(f"largest radius in the auxiliary bearings: {summary['max_radius']:.3f} of the clearance; "
           f"{summary['contacts']} contacts, {100 * summary['contact_fraction']:.1f} % of the time; "
           f"largest contact force {summary['max_contact_force_N']:.4g} N")
+    if args.motion_from is not None and result["time_s"] > args.motion_from:
+        summary["motion"] = _motion(args, model, scenario, result)
     common.write_json(args, summary)
     if result["status"] != "ok":
         print(f"the run ended at {result['time_s']:.6g} s: {result['reason']}")
     common.report_line(path)
     return 0 if result["status"] == "ok" else 1
+
+
+def _motion(args, model, scenario, result: dict) -> dict:
+    import dataclasses
+    from amb_rotor import drop
+    found = drop.motion(result["columns"], result["clearance_m"], args.motion_from)
+    print(f"from {args.motion_from:g} s on: {found.text()}")
+    if args.picture:
+        from amb_rotor.plots import drop as picture
+        title = f"{found.kind.replace('_', ' ')}, {scenario.speed_hz:g} Hz"
+        pathlib.Path(args.picture).parent.mkdir(parents=True, exist_ok=True)
+        picture.drop(pathlib.Path(args.picture), result["columns"], result["clearance_m"], args.motion_from, title)
+        print(f"picture: {args.picture}")
+    return dataclasses.asdict(found)
 
 
 def _summary(model, scenario, result: dict, seconds: float) -> dict:

@@ -16,7 +16,8 @@ REGIMES = ("no_contact", "period", "quasi_periodic", "chaotic", "full_annular_ru
 
 
 def add_arguments(parser) -> None:
-    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1, amb-figure/1, amb-basin/1 or amb-probability/1")
+    parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1, amb-figure/1, "
+                        "amb-basin/1, amb-probability/1 or amb-drop-map/1")
     common.add_out(parser, "sweep")
     parser.add_argument("--engine", choices=("local", "dask"), default="local",
                         help="local: this machine's cores; dask: chunks of the grid on a Dask cluster")
@@ -49,6 +50,8 @@ def run(args) -> int:
     if _format(path) == "amb-figure/1":
         from amb_rotor.sweeps import figures
         return figures.run_figure(args, path)
+    if _format(path) == "amb-drop-map/1":
+        return _drops(args, path)
     return _sweep(args, path)
 
 
@@ -351,5 +354,34 @@ def _probability(args, path: pathlib.Path) -> int:
               f"change {row['change']:+.4f} +- {row['change_error']:.4f}")
     common.write_json(args, {"name": document["name"], "designs": rows})
     pictures = draw.outcomes(document["title"], drawn["friction"], drawn["knock"], first, rows, folder)
+    common.report_line(pictures[0])
+    return 0
+
+
+# ---- drops
+def _drops(args, path: pathlib.Path) -> int:
+    import collections
+    from amb_rotor.sweeps import draw
+    from amb_rotor.sweeps import drops
+    document = drops.read_drops(path)
+    folder = common.out_folder(args, "sweep", document["name"])
+    began = time.perf_counter()
+    with common.progress_bar(drops.size(document), "drops") as bar:
+        points = drops.run_drops(document, bar.update)
+    seconds = time.perf_counter() - began
+    counts = collections.Counter(point["motion"].kind for point in points)
+    kinds = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.most_common())
+    print(f"{len(points)} drops, {seconds:.0f} s: {kinds}")
+    matching = [drops.matches(document, point["motion"]) for point in points]
+    print(f"{sum(matching)} of {len(points)} show {drops.wanted_text(document)}; of each value of the grid:")
+    for key, values in document["grid"].items():
+        shares = [(value, [match for match, point in zip(matching, points) if point["values"][key] == value])
+                  for value in values]
+        print(f"  {key}: " + ", ".join(f"{value:g}: {sum(hits)}/{len(hits)}" for value, hits in shares))
+    common.write_json(args, {"name": document["name"], "matching": int(sum(matching)), "points": [
+        {"parameters": point["values"], "motion": point["motion"].kind, "whirl_hz": point["motion"].whirl_hz,
+         "contact_share": point["motion"].contact_share, "matches": bool(match)}
+        for point, match in zip(points, matching)]})
+    pictures = draw.drop_map(document["title"], document["grid"], points, folder)
     common.report_line(pictures[0])
     return 0

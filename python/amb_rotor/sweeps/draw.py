@@ -196,3 +196,37 @@ def outcomes(title: str, friction, knock, hit, rows: list[dict], folder: pathlib
     right.grid(alpha=0.3)
     figure.tight_layout()
     return save(figure, folder, "probability")
+
+
+DROP_COLOURS = {"free": "#c6dbef", "rest": "#9ecae1", "oscillation": "#4292c6", "spring": "#fdae6b",
+                "forward_whirl": "#74c476", "backward_whirl": "#de2d26", "diverged": "#252525"}
+
+
+def drop_map(title: str, grid: dict, points: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:
+    """Motions over two of a grid's axes (the two with the most values): the share of each motion as a pie a place."""
+    pyplot = _pyplot()
+    names = sorted(grid, key=lambda name: -len(grid[name]))[:2]
+    up, right = (names + names)[:2] if len(names) > 1 else (names[0], names[0])
+    figure, axis = pyplot.subplots(figsize=(8, 5.6))
+    drawn = set()
+    for row, up_value in enumerate(grid[up]):
+        for column, right_value in enumerate(grid[right]):
+            here = [point["motion"].kind for point in points
+                    if point["values"][up] == up_value and point["values"][right] == right_value]
+            if not here:
+                continue
+            shares = [(kind, here.count(kind) / len(here)) for kind in DROP_COLOURS if kind in here]
+            drawn.update(kind for kind, _ in shares)
+            axis.pie([share for _, share in shares], colors=[DROP_COLOURS[kind] for kind, _ in shares], radius=0.42,
+                     center=(column, row), frame=True, normalize=True)
+    axis.set_aspect("equal")
+    axis.set_xticks(range(len(grid[right])), [f"{value:g}" for value in grid[right]], fontsize=8, rotation=45)
+    axis.set_yticks(range(len(grid[up])), [f"{value:g}" for value in grid[up]], fontsize=8)
+    axis.set_xlim(-0.6, len(grid[right]) - 0.4)
+    axis.set_ylim(-0.6, len(grid[up]) - 0.4)
+    handles = [pyplot.Line2D([], [], marker="o", linestyle="", color=DROP_COLOURS[kind], label=kind.replace("_", " "))
+               for kind in DROP_COLOURS if kind in drawn]
+    axis.legend(handles=handles, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncol=4)
+    axis.set(title=title, xlabel=right.rsplit(".", 1)[-1], ylabel=up.rsplit(".", 1)[-1])
+    figure.tight_layout()
+    return save(figure, folder, "drop_map")
