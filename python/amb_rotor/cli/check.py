@@ -61,10 +61,13 @@ def _check_file(path: pathlib.Path, kind: str) -> str:
     if kind == "amb-search/1":
         from amb_rotor.sweeps import search
         return f"search {search.read_search(path).name}"
+    if kind == "amb-effect/1":
+        effect = _core.read_effect(str(path))
+        return f"effect {effect['id']}: {', '.join(p['name'] for p in effect['parameters'])}"
     if kind == "amb-diagnosis/1":
         return "diagnosis"
     raise InputError(f"{path}: format {kind!r} is not known; amb-model/1, amb-scenario/1, amb-sweep/1, amb-search/1, "
-                     "amb-rotor-geometry/1, amb-dataset/1 are")
+                     "amb-effect/1, amb-rotor-geometry/1, amb-dataset/1 are")
 
 
 def run(args) -> int:
