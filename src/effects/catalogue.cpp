@@ -4,8 +4,8 @@
 
 namespace amb_rotor {
 
-const EffectCatalogue& effectCatalogue() {
-  static const EffectCatalogue catalogue([] {
+EffectCatalogue& effectCatalogue() {
+  static EffectCatalogue catalogue([] {
     std::vector<EffectSchema> schemas;
     effects::forEachEffect([&](auto* effect) {
       schemas.push_back(std::remove_pointer_t<decltype(effect)>::schema());
@@ -13,6 +13,11 @@ const EffectCatalogue& effectCatalogue() {
     return schemas;
   }());
   return catalogue;
+}
+
+std::shared_ptr<const EffectLaw> effectLaw(const std::string& id) {
+  const EffectSchema* schema = effectCatalogue().find(id);
+  return schema != nullptr ? schema->law : nullptr;
 }
 
 }  // namespace amb_rotor

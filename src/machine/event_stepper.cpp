@@ -36,6 +36,7 @@ class EventStepper::System final : public HybridSystem {
 
   void inputs(double time, Inputs<double>& in) const {
     if (machine_.spin() == Spin::prescribed) in.shaft = sim_->drive().shaft(time);
+    in.shaft.time = time;
     in.hold_speed = sim_->drive().hold_speed;
     in.bearing_on[0] = held_->bearing_on[0];
     in.bearing_on[1] = held_->bearing_on[1];

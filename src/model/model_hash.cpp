@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/model_writer.hpp"
 #include "amb_rotor/model/yaml_document.hpp"
@@ -39,7 +40,11 @@ std::string canonicalText(const Model& model, const EffectCatalogue& catalogue) 
   if (model.friction_law == FrictionLaw::set_valued) text += "friction_law=set_valued\n";
   for (const ModelField& field : modelFields(sorted, catalogue)) text += lineText(field.path, *field.value);
   text += optionChoices(sorted);
-  for (const EffectSetting& effect : sorted.effects) text += "effect=" + effect.id + "\n";
+  for (const EffectSetting& effect : sorted.effects) {
+    text += "effect=" + effect.id + "\n";
+    const EffectSchema* schema = catalogue.find(effect.id);
+    if (schema != nullptr && schema->law != nullptr) text += "law=" + schema->law->physics + "\n";
+  }
   const FlexibleModes& modes = model.flexible;
   if (modes.mass.empty()) {
     if (!model.rotor_geometry.empty()) text += "rotor.geometry=" + model.rotor_geometry + "\n";

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/mount_dimensions.hpp"
 #include "control_text.hpp"
@@ -107,13 +108,45 @@ void readRotor(YamlMap rotor, Model& model) {
   rotor.finish();
 }
 
-void readEffects(YamlMap& root, const EffectCatalogue& catalogue, Model& model) {
+/// The effect that an entry brings along, in a file or written out, into the catalogue.
+void readDefinition(YamlMap& entry, const EffectSetting& effect, EffectCatalogue& catalogue, const Model& model) {
+  const bool in_file = entry.has("file"), written_out = entry.has("definition");
+  if (in_file && written_out) entry.fault("file", "the effect is defined twice: leave out file or definition");
+  EffectSchema schema;
+  if (written_out) {
+    const YamlNode* node = entry.take("definition", true);
+    if (node == nullptr) return;
+    const std::size_t before = entry.faults().faults().size();
+    YamlMap definition(node, entry.pathOf("definition"), entry.faults());
+    schema = readEffect(definition, *node);
+    if (entry.faults().faults().size() != before) return;
+  } else if (in_file) {
+    const std::string name = entry.text("file");
+    if (name.empty()) return;
+    try {
+      schema = readEffectFile((std::filesystem::path(model.folder) / name).string());
+    } catch (const InputError& error) {
+      entry.faults().append(error.faults());
+      return;
+    }
+  } else {
+    return;
+  }
+  if (schema.id != effect.id)
+    entry.fault("effect", "is not the effect that its definition names, " + schema.id);
+  else if (catalogue.add(schema) == nullptr)
+    entry.fault("effect", "another effect of this name is known already");
+}
+
+void readEffects(YamlMap& root, EffectCatalogue& catalogue, Model& model) {
   FaultList& faults = root.faults();
   std::size_t index = 0;
   for (const YamlNode& item : root.list("effects")) {
     YamlMap entry(&item, "effects." + std::to_string(index++), faults);
     EffectSetting effect;
     effect.id = entry.text("effect");
+    const std::size_t before = faults.faults().size();
+    readDefinition(entry, effect, catalogue, model);
     const EffectSchema* schema = catalogue.find(effect.id);
     if (effect.id == "compliant_mount" && schema != nullptr && hasMountDimensions(entry)) {
       effect.values = readMountDimensions(entry);
@@ -124,6 +157,7 @@ void readEffects(YamlMap& root, const EffectCatalogue& catalogue, Model& model) 
     }
     const YamlNode* parameters = entry.take("parameters", true);
     entry.finish();
+    if (schema == nullptr && faults.faults().size() != before) continue;
     if (effect.id.empty()) continue;
     const std::string path = "effects." + effect.id;
     if (schema == nullptr) {
@@ -188,7 +222,7 @@ void readRig(YamlMap& rig, Model& model) {
   });
 }
 
-Model parseModel(const std::string& text, const std::string& name, const EffectCatalogue& catalogue) {
+Model parseModel(const std::string& text, const std::string& name, EffectCatalogue& catalogue) {
   FaultList faults(name);
   const YamlNode document = parseYaml(text, faults);
   YamlMap root(&document, "", faults);
@@ -210,7 +244,7 @@ Model parseModel(const std::string& text, const std::string& name, const EffectC
   return model;
 }
 
-Model readModel(const std::string& path, const EffectCatalogue& catalogue) {
+Model readModel(const std::string& path, EffectCatalogue& catalogue) {
   return parseModel(readTextFile(path), path, catalogue);
 }
 

@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/yaml_document.hpp"
 #include "control_text.hpp"
@@ -66,7 +68,13 @@ std::string effectsText(const Model& model, const EffectCatalogue& catalogue) {
   std::string text = "effects:\n";
   for (const EffectSetting& effect : model.effects) {
     const EffectSchema* schema = catalogue.find(effect.id);
-    text += "  - effect: " + effect.id + "\n    parameters:";
+    text += "  - effect: " + effect.id + "\n";
+    if (schema->law != nullptr) {  // a model that is written holds all that it needs
+      text += "    definition:\n";
+      std::istringstream lines(schema->law->definition);
+      for (std::string line; std::getline(lines, line);) text += "      " + line + "\n";
+    }
+    text += "    parameters:";
     text += effect.values.empty() ? " {}\n" : "\n";
     for (std::size_t i = 0; i < effect.values.size(); ++i)
       text += "      " + pairText(schema->parameters[i].name.c_str(), effect.values[i]) + "\n";

@@ -8,6 +8,7 @@
 #include "amb_rotor/ros/orbit_markers.hpp"
 #include "amb_rotor/ros/partner_nodes.hpp"
 #include "amb_rotor/ros/rotor_plant.hpp"
+#include "amb_rotor/ros/validator.hpp"
 
 namespace amb_rotor {
 
@@ -31,6 +32,7 @@ class AuxiliaryBearingNodelet : public NodeletOf<AuxiliaryBearing> {};
 class InjectorNodelet : public NodeletOf<Injector> {};
 class AnalysisNodelet : public NodeletOf<AnalysisNode> {};
 class OrbitMarkersNodelet : public NodeletOf<OrbitMarkers> {};
+class ValidatorNodelet : public NodeletOf<Validator> {};
 
 }  // namespace amb_rotor
 
@@ -40,3 +42,4 @@ PLUGINLIB_EXPORT_CLASS(amb_rotor::AuxiliaryBearingNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(amb_rotor::InjectorNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(amb_rotor::AnalysisNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(amb_rotor::OrbitMarkersNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(amb_rotor::ValidatorNodelet, nodelet::Nodelet)

@@ -1,8 +1,10 @@
 // amb_rotor._core: models, effects, scenarios.
 #include <sstream>
 
+#include "amb_rotor/effects/all.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/model_loading.hpp"
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/model_hash.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/model_rules.hpp"
@@ -35,8 +37,27 @@ py::dict schemaDict(const EffectSchema& schema) {
   d["summary"] = schema.summary;
   d["excited_by"] = schema.excited_by;
   d["needs_contact"] = schema.needs_contact;
+  d["hypothesis"] = schema.hypothesis;
+  d["definition"] = schema.law != nullptr ? py::object(py::str(schema.law->definition)) : py::object(py::none());
   d["parameters"] = parameters;
   return d;
+}
+
+/// The force of an effect at a magnetic bearing of end a: for pictures of a law, and to hold one law against another.
+std::pair<double, double> bearingForce(const std::string& id, const std::vector<double>& values,
+                                       std::pair<double, double> position, std::pair<double, double> velocity,
+                                       std::pair<double, double> current, double angle_rad, double speed_rad_s,
+                                       double time_s) {
+  const auto physics = effects::makePhysics<double>(id, values);
+  if (physics == nullptr) throw InputError({{"", 0, "effect", id, "there is no effect of this name"}});
+  Shaft<double> shaft = Shaft<double>::at(angle_rad, speed_rad_s, 0.0);
+  shaft.time = time_s;
+  const Rig<double> rig;
+  const BearingSite<double> site{&rig, &shaft, 0, {position.first, position.second}, {velocity.first, velocity.second},
+                                 {current.first, current.second}, 0.0};
+  Vec2<double> force;
+  physics->bearingForce(site, force);
+  return {force.x, force.y};
 }
 
 const EffectSchema& requireEffect(const std::string& id) {
@@ -127,6 +148,14 @@ void bindModel(py::module_& m) {
         return parseModel(text, name, effectCatalogue());
       },
       py::arg("text"), py::arg("name"));
+  m.def(
+      "read_effect", [](const std::string& path) { return schemaDict(readEffectFile(path)); }, py::arg("path"),
+      "Checks an effect file, format amb-effect/1.");
+  m.def(
+      "load_effect", [](const std::string& path) { return schemaDict(loadEffectFile(path, effectCatalogue())); },
+      py::arg("path"), "Reads an effect file into the catalogue of this program.");
+  m.def("bearing_force", &bearingForce, py::arg("effect"), py::arg("values"), py::arg("position"), py::arg("velocity"),
+        py::arg("current"), py::arg("angle_rad"), py::arg("speed_rad_s"), py::arg("time_s"));
   m.def("effect_catalogue", [] {
     py::list all;
     for (const auto& schema : effectCatalogue().all()) all.append(schemaDict(schema));

@@ -93,8 +93,11 @@ class PlantStepper::System final : public HybridSystem {
   };
 
   Shaft<double> shaftAt(double time, const double* y) const {
-    return machine_.spin() == Spin::prescribed ? shaftFrom(step_->injection->shaft, time - step_->from)
-                                               : machine_.shaftOf(y);
+    Shaft<double> shaft = machine_.spin() == Spin::prescribed
+                              ? shaftFrom(step_->injection->shaft, time - step_->from)
+                              : machine_.shaftOf(y);
+    shaft.time = time;
+    return shaft;
   }
 
   /// Where the auxiliary bearings are by the machine's own state.

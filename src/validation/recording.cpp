@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/validation/plausibility.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -109,7 +110,12 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
 
 std::vector<Recording> prepareRecordings(const Dataset& dataset) {
   std::vector<Recording> recordings;
-  for (const Run& run : dataset.runs) recordings.push_back(prepareRecording(dataset, run));
+  for (const Run& run : dataset.runs) {
+    recordings.push_back(prepareRecording(dataset, run));
+    Recording& rec = recordings.back();
+    for (const auto& remark : channelRemarks(rec, dataset)) rec.remarks.push_back(remark);
+    for (const auto& remark : clockRemarks(rec)) rec.remarks.push_back(remark);
+  }
   return recordings;
 }
 

@@ -19,7 +19,7 @@ std::string example(const std::string& format) {
 }
 
 TEST(ModelDocumentation, modelExampleCanBeRead) {
-  const EffectCatalogue catalogue(
+  EffectCatalogue catalogue(
       {{"static_load",
         "A constant force.",
         "all runs",

@@ -11,8 +11,8 @@
 
 namespace amb_rotor::model_test {
 
-inline const EffectCatalogue& smallCatalogue() {
-  static const EffectCatalogue catalogue(
+inline EffectCatalogue& smallCatalogue() {
+  static EffectCatalogue catalogue(
       {{"sensor_runout",
         "The sensor track is not round.",
         "all runs with spin",

@@ -76,5 +76,32 @@ TEST(FitSpaceTest, LimitsHold) {
   EXPECT_EQ(space.model(x).effects[0].values[2], 0.0);
 }
 
+TEST(FitSpaceTest, APositiveParameterGoesByItsLogarithm) {
+  const FitSpace space(belief(), {{"foundation_resonance", {30.0, 50.0, 0.03}}});
+  const int mass = space.nuisances();
+  Eigen::VectorXd x = space.start();
+  x[mass] += std::log(2.0);
+  EXPECT_NEAR(space.model(x).effects[0].values[0], 60.0, 1e-12);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  covariance(mass, mass) = 0.01 * 0.01;
+  EXPECT_NEAR(space.effectValues(0, x, covariance)[0].std, 0.6, 1e-12) << "1 % of the value";
+}
+
+TEST(FitSpaceTest, AFittedEffectReplacesTheBeliefsAndEachUnbalanceIsItsOwn) {
+  Model model = belief();
+  model.effects.push_back({"foundation_resonance", {10.0, 20.0, 0.01}});
+  model.rig.unbalance.push_back({0.05, 3e-5, -0.2});
+  const FitSpace space(model, {{"foundation_resonance", {30.0, 50.0, 0.03}}});
+  EXPECT_EQ(space.nuisances(), 6) << "mass, Ki, and moment and phase of two";
+  Eigen::VectorXd x = space.start();
+  ASSERT_EQ(space.coordinates()[5].name, "unbalance.phase_rad");
+  x[5] = 0.9;
+  const Model at = space.model(x);
+  ASSERT_EQ(at.effects.size(), 1u);
+  EXPECT_NEAR(at.effects[0].values[1], 50.0, 1e-12);
+  EXPECT_EQ(at.rig.unbalance[0].phase_rad, 0.4);
+  EXPECT_EQ(at.rig.unbalance[1].phase_rad, 0.9);
+}
+
 }  // namespace
 }  // namespace amb_rotor

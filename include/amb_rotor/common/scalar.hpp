@@ -46,6 +46,8 @@ inline void sineCosine(double a, double& sine, double& cosine) {
   sine = std::sin(a);
   cosine = std::cos(a);
 }
+/// atan2: the angle of (x, y) [rad]
+inline double arcTangent(double y, double x) { return std::atan2(y, x); }
 inline double laneValue(double a, std::size_t) { return a; }
 inline void setLane(double& a, std::size_t, double value) { a = value; }
 
@@ -101,6 +103,10 @@ inline void sineCosine(const Batch<A>& a, Batch<A>& sine, Batch<A>& cosine) {
   const auto both = xsimd::sincos(a);
   sine = both.first;
   cosine = both.second;
+}
+template <class A>
+inline Batch<A> arcTangent(const Batch<A>& y, const Batch<A>& x) {
+  return xsimd::atan2(y, x);
 }
 template <class A>
 inline double laneValue(const Batch<A>& a, std::size_t lane) {

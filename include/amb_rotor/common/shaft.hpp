@@ -5,7 +5,7 @@ namespace amb_rotor {
 
 enum End : int { end_a = 0, end_b = 1 };
 
-/// The shaft's rotation at an instant. angle is 0 at the rising edge of the tacho pulse and grows with the
+/// The shaft's rotation at an instant, and the instant. angle is 0 at the rising edge of the tacho pulse and grows with the
 /// spin (positive about z).
 template <class S>
 struct Shaft {
@@ -14,6 +14,7 @@ struct Shaft {
   S sine = S(0.0);          ///< of the angle
   S speed = S(0.0);         ///< [rad/s]
   S acceleration = S(0.0);  ///< [rad/s^2]
+  double time = 0.0;        ///< of the run [s], for all lanes
 
   static Shaft at(const S& angle, const S& speed, const S& acceleration) {
     Shaft shaft;

@@ -1,6 +1,7 @@
 #pragma once
 // Every effect of the program, in the order in which they act (sensors: rotation, runout, gain; flux: gap law, then
-// saturation). A new effect is one more header and one more name in this list.
+// saturation). A new effect is one more header and one more name in this list; or a file (law_effect.hpp), which acts
+// after all of these.
 #include "amb_rotor/effects/amplifier_lag.hpp"
 #include "amb_rotor/effects/auxiliary_bearing_misalignment.hpp"
 #include "amb_rotor/effects/auxiliary_bearing_tilt.hpp"
@@ -17,6 +18,7 @@
 #include "amb_rotor/effects/hertzian_contact.hpp"
 #include "amb_rotor/effects/inner_ring_spin.hpp"
 #include "amb_rotor/effects/internal_damping.hpp"
+#include "amb_rotor/effects/law_effect.hpp"
 #include "amb_rotor/effects/magnetic_nonlinearity.hpp"
 #include "amb_rotor/effects/magnetic_saturation.hpp"
 #include "amb_rotor/effects/motor_magnetic_pull.hpp"
@@ -62,6 +64,8 @@ std::unique_ptr<EffectPhysics<S>> makePhysics(const std::string& id, const std::
     using Effect = std::remove_pointer_t<decltype(effect)>;
     if (Effect::schema().id == id) made = std::make_unique<typename Effect::template Physics<S>>(values);
   });
+  if (made == nullptr)
+    if (const auto law = effectLaw(id)) made = std::make_unique<LawPhysics<S>>(law, values);
   return made;
 }
 

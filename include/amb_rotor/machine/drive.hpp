@@ -32,17 +32,19 @@ struct Drive {
   S sensor_drift[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};   ///< [m/s], from t = 0
 
   Shaft<S> shaft(double time) const {
+    Shaft<S> shaft;
     if (path != nullptr) {
       const ShaftInstant now = path->at(time);
-      Shaft<S> shaft;
       shaft.angle = S(now.angle);
       shaft.cosine = S(std::cos(now.angle));
       shaft.sine = S(std::sin(now.angle));
       shaft.speed = S(now.speed);
       shaft.acceleration = S(now.acceleration);
-      return shaft;
+    } else {
+      shaft = Shaft<S>::at(angle0 + speed * S(time), speed, S(0.0));
     }
-    return Shaft<S>::at(angle0 + speed * S(time), speed, S(0.0));
+    shaft.time = time;
+    return shaft;
   }
 };
 

@@ -89,14 +89,18 @@ class LaneStepper {
     const int n = machine.stateSize();
     const auto& decay = decayOf(sim.track(), 0.5 * h);
     S* y = state.mechanics.data();
-    const bool prescribed = machine.spin() == Spin::prescribed;
+    const auto moveShaft = [&](double time) {
+      if (machine.spin() == Spin::prescribed) in.shaft = sim.drive().shaft(time);
+      in.shaft.time = time;
+    };
     const S hs(h), half(0.5 * h), sixth(h / 6.0), two(2.0);
+    in.shaft.time = t;
     outside(sim, t, in);
     machine.derivatives(in, y, k1_.data());
     for (int i = 0; i < n; ++i) work_[i] = y[i] + half * k1_[i];
     sim.track().move(decay, held.target, state.current, state.lag.data());
     sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
-    if (prescribed) in.shaft = sim.drive().shaft(t + 0.5 * h);
+    moveShaft(t + 0.5 * h);
     outside(sim, t + 0.5 * h, in);
     sim.electricInputs(t + 0.5 * h, since_, held, in);
     machine.derivatives(in, work_.data(), k2_.data());
@@ -105,7 +109,7 @@ class LaneStepper {
     for (int i = 0; i < n; ++i) work_[i] = y[i] + hs * k3_[i];
     sim.track().move(decay, held.target, state.current, state.lag.data());
     sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
-    if (prescribed) in.shaft = sim.drive().shaft(t + h);
+    moveShaft(t + h);
     outside(sim, t + h, in);
     sim.electricInputs(t + h, since_, held, in);
     machine.derivatives(in, work_.data(), k4_.data());

@@ -29,6 +29,15 @@ class Machine<S>::Forces final : public RotorForces<S> {
   S* generalised_;
 };
 
+/// The physics of an effect that a file defines, its values from each lane; null: the program has it itself.
+template <class S>
+std::unique_ptr<EffectPhysics<S>> gatherLaw(const std::vector<const Model*>& models, const std::string& id,
+                                            std::vector<S>& values) {
+  const auto law = effectLaw(id);
+  if (law == nullptr || !gatherEffect(models, id, values)) return nullptr;
+  return std::make_unique<effects::LawPhysics<S>>(law, values);
+}
+
 template <class S>
 Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const ExtraPlanes<double>& extra)
     : spin_(spin),
@@ -46,6 +55,15 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
     part.roles = part.physics->roles();
     parts_.push_back(std::move(part));
   });
+  // effects of files act after those of the catalogue, in the order of the first model
+  for (const EffectSetting& setting : models[0]->effects) {
+    std::vector<S> values;
+    Part part;
+    part.physics = gatherLaw(models, setting.id, values);
+    if (part.physics == nullptr) continue;
+    part.roles = part.physics->roles();
+    parts_.push_back(std::move(part));
+  }
   for (auto& part : parts_)
     if (part.roles & acts_on_rig) part.physics->rig(rig_);
 
@@ -221,6 +239,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   for (int k = 0; k < 2 * n; ++k) generalised[k] = S(0.0);
 
   Shaft<S> shaft = spin_ == Spin::prescribed ? in.shaft : shaftOf(state);
+  shaft.time = in.shaft.time;
   S spin_torque(0.0);
   if (spin_ != Spin::prescribed && !in.hold_speed)
     for (const auto* effect : spinning_) effect->spin(rig_, shaft.speed, shaft.acceleration);

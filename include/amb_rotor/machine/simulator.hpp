@@ -194,8 +194,10 @@ class Simulator {
   }
 
   Shaft<S> shaft(const MachineState<S>& state) const {
-    return machine_.spin() == Spin::prescribed ? drive_.shaft(state.time)
-                                               : machine_.shaftOf(state.mechanics.data());
+    if (machine_.spin() == Spin::prescribed) return drive_.shaft(state.time);
+    Shaft<S> shaft = machine_.shaftOf(state.mechanics.data());
+    shaft.time = state.time;
+    return shaft;
   }
 
   bool bearingOn(int axis, double time) const {

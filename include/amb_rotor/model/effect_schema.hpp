@@ -1,10 +1,15 @@
 #pragma once
 // What the model file, the reports and the diagnosis need to know of an effect without knowing its
 // physics: its name, its parameters with units and limits, and the data that can show it.
+#include <deque>
+#include <memory>
+#include <shared_mutex>
 #include <string>
 #include <vector>
 
 namespace amb_rotor {
+
+struct EffectLaw;  // model/effect_file.hpp
 
 /// How a parameter takes part in a fit.
 enum class ParameterRole {
@@ -34,6 +39,7 @@ struct EffectSchema {
   bool needs_contact = false;  ///< cannot be seen without contact
   bool hypothesis = false;     ///< a law by terms, or a finer form of another effect: no candidate of the ranking
   std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
+  std::shared_ptr<const EffectLaw> law = nullptr;  ///< of an effect that a file defines
 
   int indexOf(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)
@@ -42,19 +48,19 @@ struct EffectSchema {
   }
 };
 
-/// The effects that a program knows, in the order in which they act.
+/// The effects that a program knows, in the order in which they act. It grows by the effects of files; what is in there
+/// stays where it is, so that a pointer from find() holds. Safe to use from several threads.
 class EffectCatalogue {
  public:
-  explicit EffectCatalogue(std::vector<EffectSchema> schemas) : schemas_(std::move(schemas)) {}
-  const std::vector<EffectSchema>& all() const { return schemas_; }
-  const EffectSchema* find(const std::string& id) const {
-    for (const auto& schema : schemas_)
-      if (schema.id == id) return &schema;
-    return nullptr;
-  }
+  explicit EffectCatalogue(std::vector<EffectSchema> schemas);
+  std::vector<EffectSchema> all() const;
+  const EffectSchema* find(const std::string& id) const;
+  /// Adds an effect of a file. Null: another one has its name (the same one again is no fault).
+  const EffectSchema* add(const EffectSchema& schema);
 
  private:
-  std::vector<EffectSchema> schemas_;
+  mutable std::shared_mutex mutex_;
+  std::deque<EffectSchema> schemas_;
 };
 
 }  // namespace amb_rotor

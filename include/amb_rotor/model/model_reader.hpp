@@ -9,11 +9,12 @@
 
 namespace amb_rotor {
 
-/// Reads and checks a model. Throws InputError with every fault of the file, each with its line.
-Model readModel(const std::string& path, const EffectCatalogue& catalogue);
+/// Reads and checks a model. Throws InputError with every fault of the file, each with its line. Effects that the model
+/// defines (file:, definition:) join the catalogue.
+Model readModel(const std::string& path, EffectCatalogue& catalogue);
 
 /// The same from a text; `name` stands for the file in faults, and its folder is the model's.
-Model parseModel(const std::string& text, const std::string& name, const EffectCatalogue& catalogue);
+Model parseModel(const std::string& text, const std::string& name, EffectCatalogue& catalogue);
 
 /// The rig block that model files and data sets share: fills rig, amb_model and uncertainty of `model`.
 /// An uncertainty of 0 (known exactly) is left out, which means the same. Faults go to the map's list;

@@ -8,6 +8,7 @@
 #include "amb_rotor/FullSpectrum.h"
 #include "amb_rotor/Injection.h"
 #include "amb_rotor/ModelInfo.h"
+#include "amb_rotor/ModelResidual.h"
 #include "amb_rotor/OrbitAnalysis.h"
 #include "amb_rotor/PlantStatus.h"
 #include "amb_rotor/RotorState.h"

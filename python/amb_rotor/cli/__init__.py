@@ -40,6 +40,7 @@ COMMANDS = {
     "compare": "compare",
     "diagnose": "diagnose",
     "adopt": "adopt",
+    "new-effect": "new_effect",
     "convert": "convert",
     "check": "check",
     "bench": "bench",

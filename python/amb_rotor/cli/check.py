@@ -65,10 +65,13 @@ def _check_file(path: pathlib.Path, kind: str) -> str:
         from amb_rotor.sweeps import drops
         document = drops.read_drops(path)
         return f"map of drops {document['name']}: {drops.size(document)} drops"
+    if kind == "amb-effect/1":
+        effect = _core.read_effect(str(path))
+        return f"effect {effect['id']}: {', '.join(p['name'] for p in effect['parameters'])}"
     if kind == "amb-diagnosis/1":
         return "diagnosis"
     raise InputError(f"{path}: format {kind!r} is not known; amb-model/1, amb-scenario/1, amb-sweep/1, amb-search/1, "
-                     "amb-drop-map/1, amb-rotor-geometry/1, amb-dataset/1 are")
+                     "amb-drop-map/1, amb-effect/1, amb-rotor-geometry/1, amb-dataset/1 are")
 
 
 def run(args) -> int:

@@ -2,8 +2,13 @@
 from __future__ import annotations
 
 import argparse
+import collections
+import contextlib
 import gzip
 import pathlib
+import shutil
+import sys
+import tempfile
 
 HELP = "convert between csv, npz and bag"
 EXAMPLE = "amb convert overload.bag overload.csv"
@@ -86,16 +91,43 @@ def read_npz(path: pathlib.Path) -> dict:
     return columns
 
 
-def read_bag(path: pathlib.Path) -> dict:
+@contextlib.contextmanager
+def _opened(path: pathlib.Path):
+    """A bag to read. Of one that was cut off (no index at its end) what is whole is read, from a copy, and said so."""
     import rosbag
 
     from amb_rotor.errors import InputError
 
     try:
         bag = rosbag.Bag(str(path))
+    except rosbag.ROSBagUnindexedException:
+        with tempfile.TemporaryDirectory() as folder:
+            copy = pathlib.Path(folder) / "whole.bag"
+            shutil.copyfile(path, copy)
+            try:
+                bag = rosbag.Bag(str(copy), "a", allow_unindexed=True)
+                with bag:
+                    collections.deque(bag.reindex(), maxlen=0)
+                bag = rosbag.Bag(str(copy))
+            except Exception:  # whatever rosbag meets in what is left
+                raise InputError(f"{path}: the bag was cut off, and nothing in it is whole") from None
+            count = bag.get_message_count()
+            if not count:
+                raise InputError(f"{path}: the bag was cut off, and nothing in it is whole")
+            print(f"amb convert: {path}: the bag was cut off; {count} messages before the cut are read", file=sys.stderr)
+            with bag:
+                yield bag
+        return
     except rosbag.ROSBagException as error:
         raise InputError(f"{path}: {error}") from None
     with bag:
+        yield bag
+
+
+def read_bag(path: pathlib.Path) -> dict:
+    from amb_rotor.errors import InputError
+
+    with _opened(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         if TABLE_TOPIC in topics:
             rows = [message for _, message, _ in bag.read_messages(topics=[TABLE_TOPIC])]

@@ -22,6 +22,8 @@ def add_arguments(parser) -> None:
     models.add_set(parser)
     parser.add_argument("--effect", metavar="ID", action="append", default=[], dest="candidates",
                         help="only this candidate; may be repeated (default: the whole catalogue)")
+    parser.add_argument("--effect-file", metavar="FILE", action="append", default=[], dest="effect_files",
+                        help="an effect of one's own (format amb-effect/1) joins the candidates; may be repeated")
     parser.add_argument("--steps", type=int, default=3, help="effects adopted at most (default: 3)")
     parser.add_argument("--threads", type=int, default=0, help="default: all cores")
     common.add_out(parser, "diagnose")
@@ -102,6 +104,8 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     from amb_rotor.cli.compare import Bar, load_model
     if _core.is_modes_dataset(str(folder)):
         raise InputError(f"{folder}: a data set of modes; `amb compare` says where the model fails on it")
+    for file in getattr(args, "effect_files", []):
+        _core.load_effect(str(common.input_path(file)))
     known = [effect["id"] for effect in _core.effect_catalogue()]
     for name in args.candidates:
         if name not in known:

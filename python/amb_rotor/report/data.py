@@ -88,7 +88,8 @@ def run_data(run: dict) -> dict:
 
 def stage(label: str, comparison: dict) -> dict:
     """One model against the measurements, for the page."""
+    from amb_rotor.report import force
     model = comparison["model"]
-    return {"label": label, "errors": comparison["errors"], "validation_errors": comparison["validation_errors"],
+    return {"forces": force.force_maps(comparison["runs"], model), "label": label, "errors": comparison["errors"], "validation_errors": comparison["validation_errors"],
             "nuisance": comparison["nuisance"], "remarks": comparison["remarks"], "model_hash": model.hash,
             "model_text": model.text, "runs": [run_data(run) for run in comparison["runs"]]}

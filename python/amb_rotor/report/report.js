@@ -252,6 +252,47 @@
     });
     drawOrbit = () => ends.forEach(f => f());
   }
+  // The force that the model lacks, over what it may depend on.
+  function forces() {
+    if (!D.stages.some(stage => (stage.forces || []).some(f => f))) return;
+    const s = section("The force that is missing", "From the residual of displacements and currents through the rotor's equation of motion, as if it acted at the magnetic bearings; means over all runs without contact.");
+    const picks = add(s, "div", null, "picks");
+    const state = {stage: 0, part: 0};
+    const redraws = [];
+    const redraw = () => redraws.forEach(f => f());
+    if (D.stages.length > 1) choice(picks, "model", D.stages.map(t => t.label), v => { state.stage = v; redraw(); });
+    choice(picks, "part", ["along the vector (pushes outwards where positive)", "across it (a quarter turn ahead)"], v => { state.part = v; redraw(); });
+    const of = (end, what) => ((D.stages[state.stage].forces || [])[end] || {})[what];
+    const nothing = {traces: [], layout: {annotations: [{text: "no runs for this picture", showarrow: false, xref: "paper", yref: "paper", x: 0.5, y: 0.5}]}};
+    // one colour scale for all models and parts of a quantity
+    const largest = what => Math.max(...D.stages.flatMap(t => (t.forces || []).flatMap(f => f && f[what] ?
+      ["along", "across"].flatMap(p => f[what][p].flat().filter(has).map(Math.abs)) : [0])), 1e-9);
+    [["position", "µm"], ["velocity", "mm/s"]].forEach(([what, unit]) => {
+      const row = add(s, "div", null, "two row"), limit = largest(what);
+      [0, 1].forEach(end => {
+        const c = card(row, "Over " + what + ", end " + "ab"[end], "Mean force [N] in each cell; empty where the rotor hardly was.");
+        redraws.push(plot(c, 340, () => {
+          const m = of(end, what);
+          if (!m) return nothing;
+          return {traces: [{type: "heatmap", x: m.centres, y: m.centres, z: state.part ? m.across : m.along, zmin: -limit, zmax: limit,
+                    colorscale: [[0, colour("blue")], [0.5, colour("card")], [1, colour("orange")]], colorbar: {title: {text: "N"}, thickness: 10, outlinewidth: 0},
+                    hovertemplate: "%{x:.3g}, %{y:.3g} " + unit + ": %{z:.3g} N<extra></extra>"}],
+                  layout: {xaxis: {title: {text: "x [" + unit + "]"}}, yaxis: {title: {text: "y [" + unit + "]"}, scaleanchor: "x"}}};
+        }));
+      });
+    });
+    const row = add(s, "div", null, "two row");
+    [0, 1].forEach(end => {
+      const c = card(row, "Over the shaft's angle, end " + "ab"[end], "Mean force in the stator's axes.");
+      redraws.push(plot(c, 300, () => {
+        const m = of(end, "angle");
+        if (!m) return nothing;
+        const line = (y, name, c_) => ({x: m.angle_deg, y: y, name: name, mode: "lines", line: {color: c_, width: 2}});
+        return {traces: [line(m.x, "x", colour("blue")), line(m.y, "y", colour("orange"))],
+                layout: {showlegend: true, xaxis: {title: {text: "shaft angle [deg]"}, range: [0, 360], dtick: 90}, yaxis: {title: {text: "force [N]"}}}};
+      }));
+    });
+  }
 
   // ---- tables
   function table(parent, columns, rows) {
@@ -331,7 +372,7 @@
   D.tables.forEach(t => table(section(t.title), t.columns.map((c, i) => ({title: c, n: i > 0, value: r => r[i]})), t.rows));
   if (first) where();
   if (diagnosis && diagnosis.ranking.length) ranking();
-  if (first) { overlays(); nuisance(); }
+  if (first) { overlays(); forces(); nuisance(); }
   drawn.forEach(draw => draw());
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach(draw => draw()));
   document.body.dataset.ready = "yes";

@@ -1,0 +1,25 @@
+#pragma once
+// What a recording says against itself: displacement channels whose controller would not have made the measured currents,
+// and a tacho whose clock is not that of the samples. Remarks, not faults: a fit may go on, and an effect may do the same.
+//
+// Each displacement channel is sent through the believed controller, its delay and the amplifier's lag, and compared with
+// each measured current less the lagged excitation, both averaged over 1 ms (correlation r, gain g of the current on the
+// computed one):
+//   r of its own below -0.9                           a wrong sign
+//   else of its own below 0.5, of another's over 0.9  the channels are swapped
+//   r of its own above 0.9, g off by a factor over 3  mixed units
+// The first harmonic of a run at constant speed without excitation keeps its phase to the tacho; where that runs away
+// steadily by more than 0.3 rad while its amplitude stays, the clocks drift. Not judged: an equivalent bearing (it has no
+// controller), channels that hardly move, swaps of signals that are alike (both ends of a rotor that only moves parallel).
+#include <string>
+#include <vector>
+
+#include "amb_rotor/validation/recording.hpp"
+
+namespace amb_rotor {
+
+/// What is odd, in sentences with what to do; empty: nothing.
+std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dataset);
+std::vector<std::string> clockRemarks(const Recording& rec);
+
+}  // namespace amb_rotor

@@ -1,0 +1,212 @@
+#include "amb_rotor/validation/plausibility.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstdio>
+#include <deque>
+
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/magnetic_bearing/amplifier.hpp"
+#include "amb_rotor/magnetic_bearing/pid.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr int axes = 4;
+constexpr double averaged_s = 1e-3, warm_up_s = 0.02;
+constexpr double clear = 0.9, unlike = 0.5;     // correlations
+constexpr double unit_factor = 3.0;
+constexpr double same_end_bonus = 0.01;         // between currents that are alike
+constexpr int segments = 8;
+constexpr double least_drift_rad = 0.3, steady_amplitude = 0.3, steady_speed = 1e-3, straight = 0.2;
+
+std::string text(const char* format, double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+/// A command's way to the force: held from its due time on, behind the amplifier's lag.
+std::vector<double> computedCurrent(const Recording& rec, const Model& belief, int axis, long count) {
+  const auto& controller = belief.rig.controller;
+  const Pid<double> pid(belief.rig);
+  const Amplifier<double> amplifier(belief.rig);
+  const double dt = 1.0 / rec.run.sample_rate_hz, decay = amplifier.decay(dt);
+  PidMemory<double> memory;
+  memory.previous_signal = rec.measured[axis];
+  std::deque<std::pair<double, double>> queue;
+  double held = 0.0, current = 0.0;
+  long next = 0;
+  std::vector<double> out;
+  for (long i = 0; i < count; ++i) {
+    const double time = i * dt;
+    out.push_back(current);
+    for (; next / controller.sample_rate_hz <= time + 0.5 * dt; ++next)
+      queue.emplace_back(next / controller.sample_rate_hz + controller.delay_s,
+                         pid.sample(rec.measured[i * predicted_channels + axis], memory, false));
+    for (; !queue.empty() && queue.front().first <= time + 0.5 * dt; queue.pop_front()) held = queue.front().second;
+    current = held + (current - held) * decay;
+  }
+  return out;
+}
+
+std::vector<double> measuredCurrent(const Recording& rec, const Model& belief, int axis, long count) {
+  const Amplifier<double> amplifier(belief.rig);
+  const double decay = amplifier.decay(1.0 / rec.run.sample_rate_hz);
+  const auto& excitation = rec.excitation.axis[axis];
+  double lagged = 0.0;
+  std::vector<double> out;
+  for (long i = 0; i < count; ++i) {
+    out.push_back(rec.measured[i * predicted_channels + 4 + axis] - lagged);
+    const double now = i < static_cast<long>(excitation.size()) ? excitation[i] : 0.0;
+    lagged = now + (lagged - now) * decay;
+  }
+  return out;
+}
+
+/// Running mean, without the warm-up and the mean.
+std::vector<double> smooth(const std::vector<double>& values, long width, long skip) {
+  std::vector<double> out;
+  double sum = 0.0, total = 0.0;
+  for (long i = 0; i < static_cast<long>(values.size()); ++i) {
+    sum += values[i] - (i >= width ? values[i - width] : 0.0);
+    if (i >= skip) out.push_back(sum / width);
+  }
+  for (double v : out) total += v;
+  for (double& v : out) v -= total / out.size();
+  return out;
+}
+
+std::string columnOf(const Dataset& dataset, ChannelMeaning meaning, int axis) {
+  const Channel* channel = dataset.findChannel(meaning, axis);
+  return channel != nullptr ? channel->name : "";
+}
+
+}  // namespace
+
+std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dataset) {
+  std::vector<std::string> remarks;
+  const Model& belief = dataset.belief;
+  if (belief.amb_model != AmbModel::linear) return remarks;
+  for (double noise : rec.noise)
+    if (noise <= 0.0) return remarks;
+  long count = rec.samples;  // while the bearings are on
+  for (const auto& event : rec.run.events)
+    if (!event.amb_on) count = std::min(count, static_cast<long>(event.time_s * rec.run.sample_rate_hz));
+  const long width = std::max(1L, std::lround(averaged_s * rec.run.sample_rate_hz));
+  const long skip = std::lround(warm_up_s * rec.run.sample_rate_hz) + width;
+  if (count < 4 * skip) return remarks;
+
+  std::array<std::vector<double>, axes> computed, measured;
+  std::array<double, axes> computed_square{}, measured_square{};
+  const auto squareOf = [](const std::vector<double>& v) {
+    double sum = 0.0;
+    for (double x : v) sum += x * x;
+    return sum;
+  };
+  for (int a = 0; a < axes; ++a) {
+    computed[a] = smooth(computedCurrent(rec, belief, a, count), width, skip);
+    measured[a] = smooth(measuredCurrent(rec, belief, a, count), width, skip);
+    computed_square[a] = squareOf(computed[a]);
+    measured_square[a] = squareOf(measured[a]);
+  }
+  double r[axes][axes], gain[axes][axes];
+  for (int d = 0; d < axes; ++d)
+    for (int m = 0; m < axes; ++m) {
+      double product = 0.0;
+      for (std::size_t i = 0; i < computed[d].size(); ++i) product += computed[d][i] * measured[m][i];
+      r[d][m] = product / std::max(std::sqrt(computed_square[d] * measured_square[m]), 1e-300);
+      gain[d][m] = product / std::max(computed_square[d], 1e-300);
+    }
+  std::array<int, axes> other{};
+  for (int d = 0; d < axes; ++d) {
+    other[d] = d;
+    if (r[d][d] > unlike || r[d][d] < -clear) continue;
+    double best = clear;
+    for (int m = 0; m < axes; ++m) {
+      const double value = r[d][m] + (m / 2 == d / 2 ? same_end_bonus : 0.0);
+      if (m != d && r[d][m] > clear && value > best) {
+        best = value;
+        other[d] = m;
+      }
+    }
+  }
+  for (int d = 0; d < axes; ++d) {
+    const std::string own = columnOf(dataset, ChannelMeaning::displacement, d);
+    if (other[d] != d) {
+      const int m = other[d];
+      const std::string mate = columnOf(dataset, ChannelMeaning::displacement, m);
+      if (other[m] == d && m < d) continue;  // said already
+      remarks.push_back(own + " goes with the control current of " + mate + " (correlation " + text("%.2f", r[d][m]) +
+                        ", with its own " + text("%.2f", r[d][d]) + "): " +
+                        (other[m] == d ? "the two channels, or their currents, are swapped"
+                                       : "it may belong to another place") +
+                        "; change plane and axis in dataset.yaml");
+    } else if (r[d][d] < -clear) {
+      remarks.push_back(own + " has the wrong sign against its control current (correlation " + text("%.2f", r[d][d]) +
+                        "): turn the sign of one of them");
+    } else if (r[d][d] > clear && (gain[d][d] > unit_factor || gain[d][d] < 1.0 / unit_factor)) {
+      remarks.push_back(own + " asks for a control current " + text("%.3g", 1.0 / gain[d][d]) + " times the measured one of " +
+                        columnOf(dataset, ChannelMeaning::control_current, d) +
+                        ": the unit of one of the two columns may be another");
+    }
+  }
+  return remarks;
+}
+
+std::vector<std::string> clockRemarks(const Recording& rec) {
+  if (rec.standstill || rec.path != nullptr || rec.holdsContact() || rec.pulses.state != TachoState::turning) return {};
+  for (const auto& axis : rec.excitation.axis)
+    if (std::any_of(axis.begin(), axis.end(), [](double i) { return i != 0.0; })) return {};
+  const long from = static_cast<long>(std::ceil(rec.pulses.time.front() * rec.run.sample_rate_hz));
+  const long to = std::min(rec.samples, static_cast<long>(rec.pulses.time.back() * rec.run.sample_rate_hz));
+  const ShaftAngle shaft(rec.pulses);
+  const double first = shaft.speed(rec.pulses.time.front()), last = shaft.speed(rec.pulses.time.back());
+  const double length = (to - from) / rec.run.sample_rate_hz;
+  const double turns = std::fabs(rec.speed_rad_s) * length / two_pi;
+  if (turns < 4.0 * segments || std::fabs(last - first) > steady_speed * std::fabs(first)) return {};
+  for (int end = 0; end < 2; ++end) {
+    if (rec.noise[2 * end] <= 0.0 || rec.noise[2 * end + 1] <= 0.0) continue;
+    // the mean, which would leak into unwhole turns, taken out
+    std::complex<double> mean = 0.0;
+    const auto at = [&](long i) {
+      return std::complex<double>(rec.measured[i * predicted_channels + 2 * end],
+                                  rec.measured[i * predicted_channels + 2 * end + 1]);
+    };
+    for (long i = from; i < to; ++i) mean += at(i) / static_cast<double>(to - from);
+    double phase[segments], least = 1e300, most = 0.0;
+    for (int s = 0; s < segments; ++s) {
+      const long a = from + (to - from) * s / segments, b = from + (to - from) * (s + 1) / segments;
+      std::complex<double> sum = 0.0;
+      for (long i = a; i < b; ++i)
+        sum += (at(i) - mean) * std::polar(1.0, -shaft.angle(i / rec.run.sample_rate_hz)) / static_cast<double>(b - a);
+      phase[s] = s == 0 ? std::arg(sum) : phase[s - 1] + std::remainder(std::arg(sum) - phase[s - 1], two_pi);
+      least = std::min(least, std::abs(sum));
+      most = std::max(most, std::abs(sum));
+    }
+    const double noise = rec.noise[2 * end] * std::sqrt(2.0 * segments / static_cast<double>(to - from));
+    if (least < 20.0 * noise || most - least > steady_amplitude * most) continue;
+    double sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0;
+    for (int s = 0; s < segments; ++s) {
+      const double x = s - 0.5 * (segments - 1);
+      sx += x;
+      sxx += x * x;
+      sy += phase[s];
+      sxy += x * phase[s];
+    }
+    const double slope = sxy / sxx, centre = sy / segments, run_away = slope * (segments - 1);
+    double off = 0.0;
+    for (int s = 0; s < segments; ++s)
+      off = std::max(off, std::fabs(phase[s] - centre - slope * (s - 0.5 * (segments - 1))));
+    if (std::fabs(run_away) < least_drift_rad || off > straight * std::fabs(run_away)) continue;
+    const double share = slope * segments / length / rec.speed_rad_s;
+    return {"the first harmonic runs away from the tacho by " + text("%.2f", run_away) + " rad in " + text("%.2f", length) +
+            " s: the tacho's clock drifts against the samples by " + text("%.0f", 1e6 * share) +
+            " ppm; record both with one clock"};
+  }
+  return {};
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,149 @@
+"""`amb new-effect`: what a diagnosis proposes becomes an effect, as a file and as C++, and takes part like any other."""
+from __future__ import annotations
+
+import json
+import pathlib
+import subprocess
+
+import pytest
+import yaml
+
+core = pytest.importorskip("amb_rotor._core")
+
+from amb_rotor import cli, new_effect  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HYPOTHESIS = {p["name"]: p for e in core.effect_catalogue() if e["id"] == "force_law" for p in e["parameters"]}
+# position [m], velocity [m/s], current [A], angle [rad], speed [rad/s]
+PLACES = [((3e-5, -2e-5), (0.02, 0.01), (0.4, -0.1), 0.7, 300.0), ((-1e-5, 4e-5), (-0.001, 0.03), (-1.2, 0.6), 2.9, -150.0)]
+THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10},
+         {"term": "velocity_sign_N", "coefficient": -0.3, "std": 0.01},
+         {"term": "twice_sine_N", "coefficient": 0.8, "std": 0.02}]
+
+
+def write_diagnosis(folder: pathlib.Path, terms: list[dict]) -> pathlib.Path:
+    folder.mkdir()
+    unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93}
+    (folder / "diagnosis.json").write_text(json.dumps(
+        {"format": "amb-diagnosis/1", "verdict": "unknown", "unexplained": unexplained, "dataset": {"name": "rig-07"}}))
+    for name in ("model.yaml", "adopted.yaml"):
+        (folder / name).write_text("")
+    return folder
+
+
+def force(effect: str, values: list[float], place) -> tuple[float, float]:
+    return core.bearing_force(effect, values, *place, 0.0)
+
+
+def hypothesis_force(terms: list[dict], place) -> tuple[float, float]:
+    values = dict.fromkeys(HYPOTHESIS, 0.0) | {row["term"]: row["coefficient"] for row in terms}
+    return force("force_law", list(values.values()), place)
+
+
+def test_every_term_of_the_hypothesis_is_known():
+    assert {name: term.unit for name, term in new_effect.TERMS.items()} \
+        == {name: p["unit"] for name, p in HYPOTHESIS.items()}
+
+
+@pytest.mark.parametrize("term", new_effect.TERMS)
+def test_a_term_as_formula_is_the_force_of_the_hypothesis(term, tmp_path):
+    terms = [{"term": term, "coefficient": HYPOTHESIS[term]["typical"]}]
+    path = tmp_path / "effect.yaml"
+    path.write_text(new_effect.yaml_file(f"proposed_{term}", terms, "of a test", []))
+    assert core.load_effect(str(path))["id"] == f"proposed_{term}"
+    for place in PLACES:
+        exact = hypothesis_force(terms, place)
+        assert max(map(abs, exact)) > 0.0
+        # roundings of some ten operations; the 1e-24 under the root of force_law's |p| is 1e-15 of it here
+        assert force(f"proposed_{term}", [terms[0]["coefficient"]], place) == pytest.approx(exact, rel=1e-12, abs=1e-15)
+
+
+def test_new_effect_writes_what_can_be_read(tmp_path, capsys):
+    folder = write_diagnosis(tmp_path / "diagnosis", THREE)
+    assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path)]) == 0
+    assert str(tmp_path / "grease.yaml") in capsys.readouterr().out
+    text = (tmp_path / "grease.yaml").read_text()
+    assert "rig-07" in text and "93 %" in text
+    effect = yaml.safe_load(text)
+    assert [p["name"] for p in effect["parameters"]] == [row["term"] for row in THREE]
+    assert [p["typical"] for p in effect["parameters"]] == [row["coefficient"] for row in THREE]
+    assert all(p["lower"] < p["typical"] < p["upper"] and p["unit"] for p in effect["parameters"])
+    assert cli.main(["check", str(tmp_path / "grease.yaml")]) == 0
+    assert not (tmp_path / "grease.hpp").exists()
+
+
+@pytest.mark.parametrize("name, complaint", [
+    ("sensor_runout", "has an effect of this name"), ("Bad-Name", "lower case"), ("../x", "lower case")])
+def test_bad_names_are_refused(name, complaint, tmp_path, capsys):
+    folder = write_diagnosis(tmp_path / "diagnosis", THREE)
+    assert cli.main(["new-effect", name, "--from", str(folder), "--out", str(tmp_path / "out")]) == 2
+    assert complaint in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_nothing_proposed_is_said_and_nothing_overwritten(tmp_path, capsys):
+    assert cli.main(["new-effect", "grease", "--from", str(write_diagnosis(tmp_path / "none", []))]) == 2
+    assert "nothing to make an effect of" in capsys.readouterr().err
+    folder = write_diagnosis(tmp_path / "diagnosis", THREE)
+    (tmp_path / "grease.yaml").write_text("mine")
+    assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path)]) == 2
+    assert "is there already" in capsys.readouterr().err and (tmp_path / "grease.yaml").read_text() == "mine"
+
+
+MAIN = """
+#include <cstdio>
+#include "grease.hpp"
+using namespace amb_rotor;
+int main() {
+  const Rig<double> rig;
+  const Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  std::vector<double> values;
+  for (const auto& p : effects::Grease::schema().parameters) values.push_back(p.typical);
+  Vec2<double> force;
+  const BearingSite<double> site{&rig, &shaft, 0, {3e-5, -2e-5}, {0.02, 0.01}, {0.4, -0.1}, 0.0};
+  effects::Grease::Physics<double>(values).bearingForce(site, force);
+  std::printf("%.17g %.17g", force.x, force.y);
+}
+"""
+
+
+@pytest.mark.slow
+def test_the_cpp_is_the_same_force(tmp_path):
+    folder = write_diagnosis(tmp_path / "diagnosis", THREE)
+    assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path), "--cpp"]) == 0
+    (tmp_path / "main.cpp").write_text(MAIN)
+    # as the program is compiled, with all warnings as errors; the test that is to be completed too
+    flags = ["g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'include'}", f"-I{tmp_path}",
+             "-I/usr/include/eigen3", "-DEIGEN_MAX_ALIGN_BYTES=16"]
+    subprocess.run([*flags, str(tmp_path / "main.cpp"), "-o", str(tmp_path / "main")], check=True)
+    printed = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout
+    assert [float(x) for x in printed.split()] == pytest.approx(hypothesis_force(THREE, PLACES[0]), rel=1e-12)
+    test = (tmp_path / "effect_grease.cpp").read_text().replace("amb_rotor/effects/grease.hpp", "grease.hpp")
+    (tmp_path / "effect_grease.cpp").write_text(test)
+    subprocess.run([*flags, "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
+
+
+@pytest.mark.slow
+def test_from_an_unknown_residual_to_an_adopted_effect_of_ones_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def amb(*arguments):
+        assert cli.main([str(a) for a in arguments]) == 0, arguments
+
+    amb("make-dataset", "--seed", 3, "--effect", "cubic_stiffness", "--strength", 6, "--out", "rig")
+    # a catalogue without a name for it
+    amb("diagnose", "rig", "--effect", "static_load", "--steps", 1, "--out", "unknown")
+    unknown = json.loads(pathlib.Path("unknown/diagnosis.json").read_text())
+    assert unknown["verdict"] == "unknown" and unknown["unexplained"]["depends_on"] == ["position"]
+    assert unknown["baseline"]["validation_error"] > 2.0
+    amb("new-effect", "hardening", "--from", "unknown")
+    amb("diagnose", "rig", "--effect-file", "hardening.yaml", "--effect", "static_load", "--effect", "hardening",
+        "--steps", 1, "--out", "found")
+    found = json.loads(pathlib.Path("found/diagnosis.json").read_text())
+    assert found["verdict"] == "effect"
+    assert [step["added"] for step in found["steps"]] == ["hardening"]
+    assert found["ranking"][0]["effect"] == "hardening"
+    # the goal of the project for runs without contact
+    assert found["steps"][0]["validation_error"] < 1.15
+    amb("adopt", "found", "--out", "model.yaml")
+    pathlib.Path("hardening.yaml").unlink()  # the model holds the definition
+    amb("compare", "model.yaml", "rig", "--limit", 1.15)

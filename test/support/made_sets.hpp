@@ -1,0 +1,66 @@
+#pragma once
+// Data sets that the generator makes once for all tests of a program: event-accurate runs with noise, and their truth.
+#include <unistd.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "amb_rotor/validation/make_dataset.hpp"
+#include "amb_rotor/validation/recording.hpp"
+
+namespace amb_rotor {
+
+struct MadeSet {
+  MadeDataset made;
+  Dataset dataset;
+  std::vector<Recording> recordings;
+  double offset_std_m = 0.0;
+
+  /// Indices of the recordings of a use, with or without contact.
+  std::vector<int> runs(RunUse use, bool contact) const {
+    std::vector<int> which;
+    for (int i = 0; i < static_cast<int>(recordings.size()); ++i)
+      if (recordings[i].run.use == use && recordings[i].holdsContact() == contact) which.push_back(i);
+    return which;
+  }
+  int indexOf(const std::string& id) const {
+    for (int i = 0; i < static_cast<int>(recordings.size()); ++i)
+      if (recordings[i].run.id == id) return i;
+    return -1;
+  }
+  /// The true machine without uncertain numbers but the recordings' own.
+  Model truth() const {
+    Model model = made.truth;
+    model.uncertainty.clear();
+    return model;
+  }
+};
+
+/// A set by its hidden effect or law ("none": nothing is hidden); made at the first call, gone with the program.
+inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, double strength, bool contact) {
+  struct Store {
+    std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("amb_rotor_made_sets_" + std::to_string(::getpid()));
+    std::map<std::string, std::unique_ptr<MadeSet>> sets;
+    ~Store() {
+      std::error_code ignored;
+      std::filesystem::remove_all(folder, ignored);
+    }
+  };
+  static Store store;
+  const std::string name = hidden + "_" + std::to_string(seed) + (contact ? "_contact" : "");
+  auto& slot = store.sets[name];
+  if (slot == nullptr) {
+    slot = std::make_unique<MadeSet>();
+    const std::string folder = (store.folder / name).string();
+    slot->made = makeDataset({seed, {hidden}, strength, contact, folder});
+    slot->dataset = readDataset(folder);
+    slot->recordings = prepareRecordings(slot->dataset);
+    slot->offset_std_m = slot->dataset.belief.uncertainty.at("sensor.offset_m");
+  }
+  return *slot;
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,109 @@
+// compare() on made recordings against its own definition, and the search for a law that no effect explains against the
+// law that is in the recordings.
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "../support/made_sets.hpp"
+#include "amb_rotor/validation/compare.hpp"
+#include "amb_rotor/validation/unexplained.hpp"
+
+namespace amb_rotor {
+namespace {
+
+TEST(CompareTest, ErrorsAreThoseOfWhatItShows) {
+  const MadeSet& set = madeSet(21, "none", 0.0, false);
+  const Comparison out = compare(set.dataset.belief, set.dataset);
+  ASSERT_EQ(out.runs.size(), set.dataset.runs.size());
+  double all = 0.0, held_out = 0.0;
+  int validated = 0, checked = 0;
+  for (std::size_t r = 0; r < out.runs.size(); ++r) {
+    const PredictedRun& run = out.runs[r];
+    const Recording& rec = set.recordings[r];
+    EXPECT_EQ(run.id, rec.run.id);
+    EXPECT_EQ(run.use, rec.run.use == RunUse::fit ? "fit" : "validate");
+    ASSERT_EQ(run.predicted.size(), rec.measured.size());
+    ASSERT_EQ(run.angle_rad.size(), static_cast<std::size_t>(rec.samples));
+    all += run.error * run.error;
+    if (rec.run.use == RunUse::validate) {
+      held_out += run.error * run.error;
+      ++validated;
+    }
+    ++checked;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < run.measured.size(); ++i)
+      sum += std::pow((run.measured[i] - run.predicted[i]) / run.noise[i % predicted_channels], 2);
+    // the same numbers added in another order
+    EXPECT_NEAR(run.error, std::sqrt(sum / run.measured.size()), 1e-6) << run.id;
+    EXPECT_NEAR(run.error, set.made.floor.at(run.id), 0.06) << run.id << ": the generator's and the lanes' difference";
+  }
+  EXPECT_EQ(checked, 12);
+  EXPECT_NEAR(out.errors.error, std::sqrt(all / out.runs.size()), 1e-9);
+  EXPECT_NEAR(out.validation_errors.error, std::sqrt(held_out / validated), 1e-9);
+  EXPECT_EQ(out.validation_errors.by_run.size(), static_cast<std::size_t>(validated));
+  EXPECT_TRUE(out.remarks.empty());
+}
+
+TEST(CompareTest, WithoutRefittingTheModelStaysAsItIs) {
+  const MadeSet& set = madeSet(21, "none", 0.0, false);
+  CompareOptions options;
+  options.refit = false;
+  Model heavy = set.truth();
+  heavy.rig.rotor.mass_kg *= 1.1;
+  const Comparison out = compare(heavy, set.dataset, options);
+  EXPECT_EQ(out.model.rig.rotor.mass_kg, heavy.rig.rotor.mass_kg);
+  EXPECT_TRUE(out.nuisance.empty());
+  // 10 % more mass, 5 % lower modes: chirps and steps ring at another frequency
+  EXPECT_GT(out.errors.error_free, 1.5);
+}
+
+/// Fits the belief to a set and searches its residual.
+Unexplained search(const MadeSet& set, double& error) {
+  const FitSpace space(set.dataset.belief, {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  std::vector<LocalState> local(set.recordings.size());
+  const FitResult result = fit(problem, space.start(), set.runs(RunUse::fit, false), local, {});
+  error = std::sqrt(result.squares / result.count);
+  return searchUnexplained(set.recordings, space, result.x, local, set.offset_std_m);
+}
+
+double amountOf(const MadeSet& set) {
+  return YAML::LoadFile(set.dataset.folder + "/truth.yaml")["law"]["amount"].as<double>();
+}
+
+/// Least share of the held-out error above the noise that the law which made it takes away. One linear step in the
+/// coefficients, not a refit, so not all of it.
+constexpr double least_gain = 0.7;
+
+TEST(UnexplainedTest, FindsACubicStiffness) {
+  const MadeSet& set = madeSet(3, "cubic_stiffness", 6.0, false);
+  double error = 0.0;
+  const Unexplained found = search(set, error);
+  EXPECT_GT(error, 2.0) << "there was something to explain";
+  EXPECT_EQ(found.depends_on, std::vector<std::string>{"position"});
+  ASSERT_FALSE(found.terms.empty());
+  const auto cube = std::find_if(found.terms.begin(), found.terms.end(),
+                                 [](const HypothesisTerm& t) { return t.term == "position_cube_N_per_m3"; });
+  ASSERT_NE(cube, found.terms.end()) << found.shape;
+  EXPECT_LT(cube->coefficient, 0.0) << "it pulls back";
+  if (found.terms.size() == 1) {
+    EXPECT_NEAR(cube->coefficient / -amountOf(set), 1.0, 0.3) << "of one linear step";
+  }
+  EXPECT_GT(found.held_out_gain, least_gain);
+}
+
+TEST(UnexplainedTest, FindsAQuadraticDamping) {
+  const MadeSet& set = madeSet(4, "quadratic_damping", 6.0, false);
+  double error = 0.0;
+  const Unexplained found = search(set, error);
+  EXPECT_GT(error, 2.0) << "there was something to explain";
+  EXPECT_EQ(found.depends_on, std::vector<std::string>{"velocity"});
+  ASSERT_FALSE(found.terms.empty());
+  for (const HypothesisTerm& term : found.terms) EXPECT_EQ(term.term.find("velocity"), 0u) << found.shape;
+  EXPECT_GT(found.held_out_gain, least_gain);
+}
+
+}  // namespace
+}  // namespace amb_rotor

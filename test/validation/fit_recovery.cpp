@@ -1,0 +1,122 @@
+// The fit on made recordings (event-accurate runs with noise): the gradient is that of its own sum of squares, the
+// refitted nuisance is the truth, and windows through contact are predicted at the noise by the true machine only.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../support/made_sets.hpp"
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+namespace {
+
+const MadeSet& clean() { return madeSet(21, "none", 0.0, false); }
+
+double valueOf(const Model& model, const std::string& name) {
+  double value = NAN;
+  Rig<double>::visit(model.rig, [&](const char* path, const double& field) {
+    if (name == path) value = field;
+  });
+  return value;
+}
+
+TEST(FitTest, GradientIsThatOfTheSumOfSquares) {
+  const MadeSet& set = clean();
+  const FitSpace space(set.dataset.belief, {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  const std::vector<int> which = {set.indexOf("chirp_1"), set.indexOf("steady_2")};
+  ASSERT_GE(which[0], 0);
+  ASSERT_GE(which[1], 0);
+  std::vector<LocalState> local(set.recordings.size());
+  const NormalEquations here = problem.evaluate(space.start(), which, local, {});
+  ASSERT_GT(here.count, 1e5);
+  EvaluationOptions value_only;
+  value_only.jacobian = false;
+  int checked = 0;
+  for (int k = 0; k < space.size(); ++k) {
+    const Coordinate& c = space.coordinates()[k];
+    if (c.name.find("auxiliary_bearing") == 0) {
+      EXPECT_EQ(here.g[k], 0.0) << c.name << ": no contact, no slope";
+      continue;
+    }
+    const double h = 0.05 * c.scale;
+    double chi2[2];
+    for (int side = 0; side < 2; ++side) {
+      Eigen::VectorXd x = space.start();
+      x[k] += side == 0 ? -h : h;
+      chi2[side] = problem.evaluate(x, which, local, value_only).chi2;
+    }
+    // g is minus half the slope of chi2. The Jacobian is a forward difference over 2 % of the scale, the reference a
+    // central one over 5 %: a curvature that changes g by more than 2 % over one scale would be needed for more.
+    EXPECT_NEAR(here.g[k], -(chi2[1] - chi2[0]) / (4.0 * h), 0.02 * here.h(k, k) * c.scale + 0.02 * std::fabs(here.g[k]))
+        << c.name;
+    ++checked;
+  }
+  EXPECT_GE(checked, 4);
+}
+
+TEST(FitTest, NuisanceIsRecoveredWithinItsStandardDeviations) {
+  const MadeSet& set = clean();
+  const FitSpace space(set.dataset.belief, {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  std::vector<LocalState> local(set.recordings.size());
+  FitOptions options;
+  options.scores = true;
+  const FitResult result = fit(problem, space.start(), set.runs(RunUse::fit, false), local, options);
+  ASSERT_TRUE(result.finite);
+  int moved = 0, sharpened = 0;
+  for (int k = 0; k < space.size(); ++k) {
+    const Coordinate& c = space.coordinates()[k];
+    const double truth = valueOf(set.made.truth, c.name), std = std::sqrt(result.covariance(k, k));
+    ASSERT_TRUE(std::isfinite(truth)) << c.name;
+    constexpr double most_deviations = 3.0;
+    EXPECT_LT(std::fabs(result.x[k] - truth), most_deviations * std) << c.name;
+    if (std::fabs(space.start()[k] - truth) > most_deviations * std) ++moved;
+    if (std < 0.5 * c.prior_std) ++sharpened;
+  }
+  EXPECT_GE(moved, 2) << "the belief was off by more than that, so that there was something to find";
+  EXPECT_GE(sharpened, 3) << "these runs tell mass, Ki and unbalance better than the belief";
+  // 2 in 1000 for what few parameters take away, the rest for what the lanes' steps and the held noise of the loop add
+  EXPECT_NEAR(std::sqrt(result.squares / result.count), 1.0, 0.05);
+}
+
+/// Error over windows of the contact runs to fit, the run's offsets found in a first pass.
+double windowError(const MadeSet& set, const Model& model, const std::vector<int>& which) {
+  const FitSpace space(model, {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  std::vector<LocalState> local(set.recordings.size());
+  EvaluationOptions options;
+  options.jacobian = false;
+  options.window_passes = 3;
+  problem.evaluate(space.start(), which, local, options);
+  std::vector<RunResult> results;
+  problem.evaluate(space.start(), which, local, options, &results);
+  double sum = 0.0;
+  for (const RunResult& result : results) {
+    EXPECT_TRUE(result.finite);
+    sum += result.mean_square;
+  }
+  return std::sqrt(sum / results.size());
+}
+
+TEST(WindowsTest, TheTrueMachinePredictsContactAtTheNoise) {
+  const MadeSet& set = madeSet(21, "none", 0.0, true);
+  Model truth = set.truth();
+  Model soft = truth;
+  soft.rig.auxiliary_bearing.stiffness_N_per_m *= 0.5;
+  for (const char* id : {"rub_1", "drop_1"}) {
+    const int run = set.indexOf(id);
+    ASSERT_GE(run, 0);
+    // Part of the stated noise goes round the control loop: it only begins within a window of 10 ms, and is not there
+    // while the bearings are off, so that the floor is below 1 and above what is white alone. Above 1 only by windows
+    // that hold a touch, which amplify what their start is not known by.
+    constexpr double lower = 0.7, upper = 1.1, wrong = 1.3;
+    const double error = windowError(set, truth, {run});
+    EXPECT_GT(error, lower) << id;
+    EXPECT_LT(error, upper) << id;
+    EXPECT_GT(windowError(set, soft, {run}), wrong * error) << id << " holds contact, and the windows see its stiffness";
+  }
+}
+
+}  // namespace
+}  // namespace amb_rotor

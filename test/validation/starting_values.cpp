@@ -1,0 +1,161 @@
+// Where candidates start: inside their limits, with the physics that the header says, and refused where the runs cannot
+// show them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/starts.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr double bias = 2.5, peak_current = 1.2;
+
+Model belief() {
+  Model model;
+  auto& rig = model.rig;
+  rig.rotor.mass_kg = 4.0;
+  rig.rotor.transverse_inertia_kg_m2 = 0.03;
+  rig.rotor.polar_inertia_kg_m2 = 0.002;
+  for (int end = 0; end < 2; ++end) {
+    const double side = end == 0 ? -1.0 : 1.0;
+    rig.planes.amb[end] = side * 0.09;
+    rig.planes.sensor[end] = side * 0.11;
+    rig.planes.aux[end] = side * 0.13;
+  }
+  rig.amb.current_stiffness_N_per_A = 80.0;
+  rig.amb.displacement_stiffness_N_per_m = 2e5;
+  rig.amb.bias_current_A = bias;
+  rig.amb.air_gap_m = 5e-4;
+  rig.amb.bias_flux_density_T = 0.5;
+  rig.amb.amplifier_bandwidth_hz = 2000.0;
+  rig.amb.max_current_A = 5.0;
+  rig.controller.sample_rate_hz = 1e4;
+  rig.controller.kp_A_per_m = 9000.0;
+  rig.controller.delay_s = 1e-4;
+  rig.auxiliary_bearing.clearance_m = 2e-4;
+  rig.auxiliary_bearing.stiffness_N_per_m = 3e7;
+  rig.auxiliary_bearing.damping_N_s_per_m = 1500.0;
+  rig.auxiliary_bearing.friction_coefficient = 0.1;
+  rig.unbalance.push_back({0.0, 2e-5, 0.3});
+  return model;
+}
+
+Recording recording(RunKind kind, bool standstill) {
+  Recording rec;
+  rec.run.id = "one";
+  rec.run.kind = kind;
+  rec.run.sample_rate_hz = 1e4;
+  rec.samples = 100;
+  rec.standstill = standstill;
+  rec.measured.assign(rec.samples * predicted_channels, 0.0);
+  rec.measured[50 * predicted_channels + 6] = -peak_current;
+  return rec;
+}
+
+std::vector<std::vector<double>> starts(const std::string& effect, const Model& model,
+                                        const std::vector<Recording>& recordings, std::string* why = nullptr) {
+  std::string reason;
+  const auto out = startingValues(effect, model, recordings, reason);
+  EXPECT_EQ(out.empty(), !reason.empty()) << effect << ": a refusal has a reason, a start has none";
+  if (why != nullptr) *why = reason;
+  return out;
+}
+
+TEST(StartingValuesTest, EveryEffectStartsInsideItsLimits) {
+  const std::vector<Recording> all = {recording(RunKind::steady, false), recording(RunKind::drop, false)};
+  int effects = 0;
+  for (const EffectSchema& schema : effectCatalogue().all()) {
+    if (schema.hypothesis) continue;
+    const auto values = starts(schema.id, belief(), all);
+    ASSERT_FALSE(values.empty()) << schema.id;
+    ++effects;
+    for (const auto& start : values) {
+      ASSERT_EQ(start.size(), schema.parameters.size()) << schema.id;
+      for (std::size_t i = 0; i < start.size(); ++i) {
+        EXPECT_GE(start[i], schema.parameters[i].lower) << schema.id << "." << schema.parameters[i].name;
+        EXPECT_LE(start[i], schema.parameters[i].upper) << schema.id << "." << schema.parameters[i].name;
+      }
+    }
+    // no two starts are the same: each costs a fit
+    auto sorted = values;
+    std::sort(sorted.begin(), sorted.end());
+    EXPECT_EQ(std::adjacent_find(sorted.begin(), sorted.end()), sorted.end()) << schema.id;
+  }
+  EXPECT_GE(effects, 26);
+}
+
+TEST(StartingValuesTest, RefusesWhatTheRunsCannotShow) {
+  std::string why;
+  const std::vector<Recording> free = {recording(RunKind::steady, false)};
+  const std::vector<Recording> still = {recording(RunKind::chirp, true)};
+  for (const EffectSchema& schema : effectCatalogue().all())
+    if (schema.needs_contact) {
+      EXPECT_TRUE(starts(schema.id, belief(), free, &why).empty()) << schema.id;
+      EXPECT_EQ(why, "no run holds contact") << schema.id;
+    }
+  for (const char* turning : {"couple_unbalance", "gyroscopic_coupling", "cross_coupled_stiffness", "spin_drag",
+                              "shaft_crack", "shaft_bow", "sensor_runout"}) {
+    EXPECT_TRUE(starts(turning, belief(), still, &why).empty()) << turning;
+    EXPECT_EQ(why, "no run turns") << turning;
+    EXPECT_FALSE(starts(turning, belief(), free).empty()) << turning;
+  }
+  Model equivalent = belief();
+  equivalent.amb_model = AmbModel::equivalent;
+  EXPECT_TRUE(starts("control_delay", equivalent, free, &why).empty());
+  Model silent = belief();
+  silent.rig.amb.bias_flux_density_T = 0.0;
+  EXPECT_TRUE(starts("magnetic_saturation", silent, free, &why).empty());
+}
+
+TEST(StartingValuesTest, AHertzianStartStoresTheEnergyOfTheLinearLaw) {
+  const Model model = belief();
+  const double k = model.rig.auxiliary_bearing.stiffness_N_per_m;
+  std::vector<double> depths;
+  for (const auto& start : starts("hertzian_contact", model, {recording(RunKind::rub, false)})) {
+    // 2/5 kh d^(5/2) = 1/2 k d^2 gives the depth d at which both store the same
+    depths.push_back(std::pow(1.25 * k / start[0], 2.0));
+    const double hertz = 0.4 * start[0] * std::pow(depths.back(), 2.5), linear = 0.5 * k * depths.back() * depths.back();
+    EXPECT_NEAR(hertz / linear, 1.0, 1e-12);
+  }
+  ASSERT_EQ(depths.size(), 2u);
+  EXPECT_NEAR(depths[0], 2e-6, 1e-12);
+  EXPECT_NEAR(depths[1], 8e-6, 1e-12);
+}
+
+TEST(StartingValuesTest, ACurrentLimitStartsBetweenBiasAndTheLargestCurrentSeen) {
+  const auto values = starts("current_saturation", belief(), {recording(RunKind::steady, false)});
+  for (const auto& start : values) {
+    EXPECT_GT(start[0], bias);
+    EXPECT_LT(start[0], bias + peak_current);
+  }
+  EXPECT_GE(values.size(), 3u);
+  // a rig whose stated limit is below all of these cannot show another one
+  Model limited = belief();
+  limited.rig.amb.max_current_A = bias + 0.5 * peak_current;
+  EXPECT_TRUE(starts("current_saturation", limited, {recording(RunKind::steady, false)}).empty());
+}
+
+TEST(StartingValuesTest, TheBendingShapeIsThatOfAFreeBeam) {
+  // The first bending mode of a free uniform beam has its nodes at 0.2242 of the length from each end (zeros of
+  // cosh s + cos s - 0.98250 (sinh s + sin s), s = 4.73004 z/L) and -0.6078 of its end value at the middle.
+  Model model = belief();
+  const double length = 2.0 * 0.575 * (model.rig.planes.aux[1] - model.rig.planes.aux[0]);
+  model.rig.planes.amb[0] = -0.5 * length + 0.2241575 * length;
+  model.rig.planes.amb[1] = -model.rig.planes.amb[0];
+  model.rig.unbalance[0].plane_z_m = 0.0;
+  for (const auto& start : starts("shaft_flexibility", model, {recording(RunKind::steady, false)})) {
+    const double scale = 1.4;  // the shape at a free end
+    EXPECT_NEAR(start[2], 0.0, 1e-5 * scale);
+    EXPECT_NEAR(start[3], 0.0, 1e-5 * scale);
+    EXPECT_NEAR(start[4], start[5], 1e-7) << "sensors at +-z";
+    EXPECT_NEAR(start[6], start[7], 1e-7) << "auxiliary bearings at +-z";
+    EXPECT_GT(start[6], start[4]) << "further out";
+    EXPECT_NEAR(start[8] / scale, -0.6078, 1e-4) << "the middle moves the other way";
+  }
+}
+
+}  // namespace
+}  // namespace amb_rotor
