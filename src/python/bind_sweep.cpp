@@ -91,7 +91,7 @@ py::dict runLanes(const Columns& parameters,
     throw InputError({{"", 0, "initial", std::to_string(initial.size()), "x, y, vx, vy for each machine"}});
   }
   std::vector<BasicState<double>> start(static_cast<std::size_t>(initial.size() / 4));
-  std::memcpy(start.data(), initial.data(), start.size() * sizeof(BasicState<double>));
+  std::memcpy(static_cast<void*>(start.data()), initial.data(), start.size() * sizeof(BasicState<double>));
   BasicLaneOptions options;
   options.contact = contact == "hertz" ? BasicContact::hertz : BasicContact::linear;
   options.friction = friction == "sliding" ? BasicFriction::sliding : BasicFriction::spin;

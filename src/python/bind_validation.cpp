@@ -134,6 +134,7 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
   d["ranking"] = ranking;
   d["steps"] = steps;
   d["unexplained"] = unexplained;
+  d["withdrawn"] = diagnosis.withdrawn;
   d["sentences"] = diagnosis.sentences;
   d["remarks"] = diagnosis.remarks;
   d["seconds"] = diagnosis.seconds;
