@@ -87,12 +87,13 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   return trial;
 }
 
-CandidateErrors Candidates::judge(Trial& trial, bool with_contact) const {
+CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough) const {
   CandidateErrors errors;
   const FitProblem problem(recordings_, *trial.space, offset_std_);
   EvaluationOptions evaluation;
   evaluation.jacobian = false;
   evaluation.window_passes = 3;
+  evaluation.thorough = thorough;
   std::vector<LocalState>& local = trial.local;
   double sum = 0.0;
   int count = 0;

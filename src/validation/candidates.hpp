@@ -71,7 +71,7 @@ class Candidates {
   Trial fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
   /// Errors on the runs to validate; keeps their local unknowns in the trial.
-  CandidateErrors judge(Trial& trial, bool with_contact) const;
+  CandidateErrors judge(Trial& trial, bool with_contact, bool thorough) const;
   /// Half the drop of the BIC.
   double evidence(const Trial& trial, const Trial& against) const;
   /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows.

@@ -59,6 +59,7 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
   evaluation.jacobian = false;
   evaluation.keep_prediction = true;
   evaluation.window_passes = 3;
+  evaluation.thorough = true;
   std::vector<RunResult> results;
   // twice: windows count with the offsets of their run only once those are known
   std::vector<int> windows;

@@ -105,7 +105,7 @@ void Diagnoser::baseline(Diagnosis& out) {
   progress(0.05, "baseline through contact");
   references_ = candidates_.referencesOf(free, free);
   joint_ = references_.contact;
-  errors_ = candidates_.judge(joint_, true);
+  errors_ = candidates_.judge(joint_, true, true);
   references_.contact.local = joint_.local;
   double squares = free.fit.squares, count = free.fit.count;
   if (candidates_.haveContact()) {
@@ -133,7 +133,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     t.errors = errors_;  // what cannot be seen changes nothing
     if (!t.usable()) continue;
     const bool contact = needsContact(t.effect);
-    t.errors = candidates_.judge(t, contact);
+    t.errors = candidates_.judge(t, contact, false);
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references_.free.fit : references_.contact.fit;
     if (candidates_.haveContact())
@@ -180,7 +180,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   const Eigen::VectorXd own = start.nuisance();
   const Trial free = candidates_.fit(effects, &own, start.local, {Through::free, 6, true});
   joint_ = candidates_.haveContact() ? candidates_.fit(effects, &own, start.local, {Through::all, 6, true}) : free;
-  errors_ = candidates_.judge(joint_, true);
+  errors_ = candidates_.judge(joint_, true, true);
   adopted_ = joint_.effects();
   references_ = candidates_.referencesOf(free, joint_);
   for (std::size_t i = 0; i < effects.size(); ++i)

@@ -23,6 +23,8 @@ constexpr double robust_excess = 3.0;
 /// Windows that a first look takes or leaves together: what no sensor sees (a mount, a ring) is known only from the
 /// window before.
 constexpr long group_of_windows = 10;
+/// Mean square over the noise from which on a thorough evaluation tries all guesses of a window's start.
+constexpr double thrown_off = 1.5;
 /// Share of a window's squares that its start may still win for the linear step to be trusted.
 constexpr double linear_share = 0.1;
 
@@ -131,30 +133,28 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       for (int a = 0; a < 4; ++a) state.current[a] += step[free_states + a];
       return state;
     };
-    const auto bestGuess = [&](std::vector<MachineState<double>>& guesses) {
-      if (guesses.size() == 1) return guesses[0];
+    // the guesses, that which predicts the window best first
+    const auto byPrediction = [&](std::vector<MachineState<double>> guesses) {
       std::vector<LaneJob> jobs;
-      outs.resize(width * guesses.size());
+      std::vector<double> predicted(width * guesses.size());
       for (std::size_t k = 0; k < guesses.size(); ++k) {
         jobs.push_back(jobOf(rec, base_model, local.angle_rad));
         jobs.back().start = &guesses[k];
-        jobs.back().out = outs.data() + k * width;
+        jobs.back().out = predicted.data() + k * width;
         guesses[k].pending.resize(guesses[0].pending.size(), guesses[0].pending.empty()
                                                                  ? PendingCommand<double>{}
                                                                  : guesses[0].pending.back());
       }
       predict(stretch, jobs);
-      std::size_t best = 0;
-      double least = 1e300;
-      for (std::size_t k = 0; k < guesses.size(); ++k) {
-        const double sum = jobs[k].finite ? squaresOf(rec, window.first, n, outs.data() + k * width, old_offset, old_drift)
-                                          : 1e300;
-        if (sum < least) {
-          least = sum;
-          best = k;
-        }
-      }
-      return guesses[best];
+      std::vector<std::pair<double, std::size_t>> order;
+      for (std::size_t k = 0; k < guesses.size(); ++k)
+        order.emplace_back(jobs[k].finite ? squaresOf(rec, window.first, n, predicted.data() + k * width, old_offset, old_drift)
+                                          : 1e300,
+                           k);
+      std::sort(order.begin(), order.end());
+      std::vector<MachineState<double>> sorted;
+      for (const auto& place : order) sorted.push_back(guesses[place.second]);
+      return sorted;
     };
     // base, w columns of the start, and (where asked) the coordinates; fills h, b, window_squares
     Eigen::MatrixXd h;
@@ -237,19 +237,8 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       if (finite) guess = start = followed;
       if (finite) ringFollows(guess);
     }
-    // a start kept from the last evaluation is mostly good as it stands: then one linearisation does
-    bool good = !fresh && linearise(start, true) && ownGain(start, g) < linear_share * window_squares;
-    if (!good) {
-      // begin where the last evaluation ended, where the window before led to, or at what was measured
-      std::vector<MachineState<double>> guesses;
-      if (!fresh) guesses.push_back(start);
-      if (static_cast<int>(led_to.mechanics.size()) == mechanics) guesses.push_back(led_to);
-      for (const MeasuredFrom span : {MeasuredFrom{0, 8}, MeasuredFrom{-2, 5}})  // the second sees through an impact
-        guesses.push_back(stateFromMeasurement(rec, base_model, whole.spin, window.first, span));
-      for (auto& one : guesses) ringFollows(one);
-      start = bestGuess(guesses);
-      guess = start;
-      // refine the start, the run's unknowns held
+    // moves the start to where it fits best from `guess`, the run's unknowns held; its squares
+    const auto refine = [&]() {
       double damping = 1e-4, best_squares = 1e300;
       MachineState<double> best = start;
       Eigen::MatrixXd best_h;
@@ -282,6 +271,33 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
         start = moved(best, step);
       }
       if (best_h.size() != 0) start = best;
+      return best_squares;
+    };
+    // a start kept from the last evaluation is mostly good as it stands: then one linearisation does
+    const double far_off = thrown_off * static_cast<double>(n) * channels;
+    bool good = !fresh && linearise(start, true) && ownGain(start, g) < linear_share * window_squares;
+    if (!good || (options.thorough && window_squares > far_off)) {
+      // begin where the last evaluation ended, where the window before led to, or at what was measured
+      std::vector<MachineState<double>> guesses;
+      if (!fresh) guesses.push_back(start);
+      if (static_cast<int>(led_to.mechanics.size()) == mechanics) guesses.push_back(led_to);
+      for (const MeasuredFrom span : {MeasuredFrom{0, 8}, MeasuredFrom{-2, 5}})  // the second sees through an impact
+        guesses.push_back(stateFromMeasurement(rec, base_model, whole.spin, window.first, span));
+      for (auto& one : guesses) ringFollows(one);
+      double least = 1e300;
+      MachineState<double> best_start = start, best_guess = guess;
+      for (const auto& one : byPrediction(guesses)) {
+        guess = start = one;
+        const double squares_left = refine();
+        if (squares_left < least) {
+          least = squares_left;
+          best_start = start;
+          best_guess = guess;
+        }
+        if (!options.thorough || least < far_off) break;
+      }
+      start = best_start;
+      guess = best_guess;
       good = linearise(start, true);
     }
     if (!good || !std::isfinite(window_squares)) {

@@ -200,6 +200,7 @@ void LiveComparison::predictWindows(const Recording& rec) {
   evaluation.jacobian = false;
   evaluation.keep_prediction = true;
   evaluation.window_passes = 3;
+  evaluation.thorough = true;
   std::vector<RunResult> results;
   problem.evaluate(space.start(), {0}, local, evaluation, nullptr);  // finds the offsets
   problem.evaluate(space.start(), {0}, local, evaluation, &results);

@@ -88,6 +88,7 @@ double windowError(const MadeSet& set, const Model& model, const std::vector<int
   EvaluationOptions options;
   options.jacobian = false;
   options.window_passes = 3;
+  options.thorough = true;
   problem.evaluate(space.start(), which, local, options);
   std::vector<RunResult> results;
   problem.evaluate(space.start(), which, local, options, &results);

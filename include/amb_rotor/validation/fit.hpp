@@ -58,6 +58,7 @@ struct EvaluationOptions {
   bool keep_prediction = false;
   int window_passes = 1;     ///< refinements of the windows' starts
   int window_stride = 1;     ///< of groups of ten windows: only every so many-th
+  bool thorough = false;     ///< try every guess of a start where a window is left far off: for errors that are reported
   bool all_or_nothing = false;  ///< a window whose prediction does not stay finite ends the run's evaluation
 };
 
