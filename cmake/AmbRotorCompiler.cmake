@@ -15,7 +15,8 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 
 find_program(AMB_ROTOR_CCACHE ccache)
 if(AMB_ROTOR_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${AMB_ROTOR_CCACHE}")
+  # precompiled headers: what they define is part of their own hash
+  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros "${AMB_ROTOR_CCACHE}")
 endif()
 
 option(AMB_ROTOR_SANITIZE "address and undefined-behaviour sanitizers" OFF)
@@ -39,6 +40,9 @@ function(amb_rotor_simd_sources)
     return()
   endif()
   foreach(source IN LISTS ARGN)
+    if(source MATCHES "_(avx2|avx512)\\.cpp$")  # headers precompiled for another instruction set do not fit
+      set_source_files_properties("${source}" PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+    endif()
     if(source MATCHES "_avx2\\.cpp$")
       set_source_files_properties("${source}" PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma")
     elseif(source MATCHES "_avx512\\.cpp$")
