@@ -46,7 +46,7 @@ std::vector<std::string> sentencesOf(const Diagnosis& d) {
   return out;
 }
 
-/// From which size on a candidate would have been seen: each amplitude's, by its standard deviation.
+/// From which distance to its neutral value on a candidate would have been seen, by each parameter's standard deviation.
 std::string powerOf(const Trial& trial) {
   const int more = static_cast<int>(trial.space->size() - trial.space->nuisances());
   const double wanted = std::sqrt(2.0 * least_evidence + more * std::log(std::max(2.0, trial.fit.count)));
@@ -56,10 +56,13 @@ std::string powerOf(const Trial& trial) {
   std::string out;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const ParameterSchema& p = schema.parameters[i];
-    const bool measures = p.role == ParameterRole::amplitude && std::isfinite(p.neutral) && p.lower <= p.neutral;
+    const bool measures = p.role != ParameterRole::phase && p.role != ParameterRole::fixed && std::isfinite(p.neutral);
     if (!measures || !(values[i].std > 0.0) || !std::isfinite(values[i].std)) continue;
     char text[96];
-    std::snprintf(text, sizeof text, "%s %.2g %s", p.name.c_str(), wanted * values[i].std, p.unit.c_str());
+    if (p.neutral == 0.0)
+      std::snprintf(text, sizeof text, "%s %.2g %s", p.name.c_str(), wanted * values[i].std, p.unit.c_str());
+    else
+      std::snprintf(text, sizeof text, "%s %.4g +- %.2g %s", p.name.c_str(), p.neutral, wanted * values[i].std, p.unit.c_str());
     out += (out.empty() ? "would have been seen from about " : ", ") + std::string(text);
   }
   return out;

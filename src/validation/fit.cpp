@@ -140,11 +140,6 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = true;
         break;
       }
-      if (iteration == 0 && attempt == 0 && chi2 - 3.0 * expected > options.give_up_chi2) {
-        result.iterations = 1;
-        converged = true;  // not even three times the foreseen gain would do
-        break;
-      }
       // the value alone first: most steps that fail do so here; through windows it is hardly cheaper than all
       std::vector<LocalState> trial_local = local;
       EvaluationOptions trial_options = evaluation;

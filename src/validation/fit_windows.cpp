@@ -66,7 +66,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   const bool offsets = offset_std_ > 0.0;
   const int r = offsets ? 8 : 0;  // unknowns of the run: offsets, drifts
   const Machine<double> machine({&base_model}, whole.spin);
-  const int ring = machine.ringState();
+  const int ring = machine.ringState(), mount = machine.mountState();
   const int coordinates = 2 * (free_states > 0 ? machine.rotor().modes() : 0);
 
   std::vector<Window> windows;
@@ -123,6 +123,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       if (k < coordinates) return scales.displacement;
       if (k < 2 * coordinates) return scales.rate;
       if (ring >= 0 && (k == ring || k == ring + 1)) return scales.ring;
+      if (mount >= 0 && k >= mount + 8) return scales.displacement;  // branches of an elastomer's mount
       return (k - 2 * coordinates) % 4 < 2 ? scales.displacement : scales.rate;
     };
     const auto valueOf = [&](const MachineState<double>& state, int k) {

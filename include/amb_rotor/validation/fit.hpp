@@ -93,7 +93,6 @@ struct FitOptions {
   int first_window_passes = 5, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1;     ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
-  double give_up_chi2 = 1e300;  ///< stop at once where the foreseen gain does not come near this
   bool covariance = true;    ///< linearise once more at the end; false: the covariance is that of the last iteration
   bool scores = false;       ///< fill the robust covariance
 };

@@ -1,0 +1,35 @@
+// What a diagnosis says of effects that it does not find.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "../support/made_sets.hpp"
+#include "amb_rotor/validation/diagnosis.hpp"
+
+namespace amb_rotor {
+namespace {
+
+TEST(DiagnosisPowerTest, AnAbsentEffectComesWithTheSizeThatWouldHaveBeenSeen) {
+  const MadeSet& set = madeSet(31, "none", 0.0, false);
+  DiagnosisOptions options;
+  options.candidates = {"static_load"};
+  const Diagnosis diagnosis = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(diagnosis.verdict, "none");
+  ASSERT_EQ(diagnosis.ranking.size(), 1u);
+  const Candidate& load = diagnosis.ranking[0];
+  ASSERT_TRUE(load.excited);
+  ASSERT_EQ(load.parameters[0].name, "force_x_N");
+  const std::string says = "would have been seen from about force_x_N ";
+  ASSERT_EQ(load.note.rfind(says, 0), 0u) << load.note;
+  const double size = std::strtod(load.note.c_str() + says.size(), nullptr);
+  // Evidence of 12 and two parameters against some 1e5 to 1e7 residuals: 24 + 2 ln N, hence 6.9 to 7.5 standard deviations;
+  // two digits are written.
+  EXPECT_GT(size, 6.5 * load.parameters[0].std);
+  EXPECT_LT(size, 7.9 * load.parameters[0].std);
+  EXPECT_LT(std::fabs(load.parameters[0].value), size);
+  EXPECT_TRUE(diagnosis.withdrawn.empty());
+}
+
+}  // namespace
+}  // namespace amb_rotor
