@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/starts.hpp"
@@ -11,10 +12,12 @@ namespace {
 
 /// Iterations of a candidate's first look, and candidates that are then fitted to the end.
 constexpr int first_look_iterations = 2, finalists = 6;
-/// Of several starts through contact so many are followed.
+/// Of several starts so many are followed.
 constexpr std::size_t followed_starts = 2;
-/// They are told by every so many-th window alone.
+/// Through contact they are told by every so many-th window alone.
 constexpr int start_stride = 12;
+/// Without contact one start is enough where its gain is so many times the next one's.
+constexpr double clearly_better = 2.0;
 /// Iterations that a candidate may need to come near a reference which it does not contain.
 constexpr int approach_iterations = 5, approach_rounds = 2;
 /// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
@@ -27,7 +30,7 @@ constexpr double far_from_belief = 2.5;
 
 /// Whether some parameters of an effect leave the model as it is, so that a fit can only gain.
 bool isNested(const std::string& effect) {
-  if (effect == "foundation_resonance" || effect == "eddy_current_lag") return false;
+  if (effect == "foundation_resonance") return false;
   const auto& parameters = effectCatalogue().find(effect)->parameters;
   return std::all_of(parameters.begin(), parameters.end(),
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
@@ -133,6 +136,7 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) const {
   const int n = free.space->nuisances();
   out.prior.h = free.fit.normal.h.topLeftCorner(n, n);
   out.prior.centre = free.nuisance();
+  out.screen = std::make_shared<const StartScreen>(recordings_, fit_free_, *free.space, free.fit.x, free.local, offset_std_);
   out.contact = out.sparse = all;
   if (!haveContact()) return out;
   const Eigen::VectorXd own = all.nuisance();
@@ -142,29 +146,61 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) const {
   return out;
 }
 
+std::vector<Candidates::Start> Candidates::promisingFree(const std::vector<Settings>& starts,
+                                                         const std::vector<Eigen::VectorXd>& nuisances,
+                                                         const References& references) const {
+  std::vector<std::size_t> order(starts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::size_t followed = starts.size();
+  if (starts.size() > 1) {
+    const auto& parameters = effectCatalogue().find(starts[0].back().id)->parameters;
+    const bool phase = std::any_of(parameters.begin(), parameters.end(),
+                                   [](const ParameterSchema& p) { return p.role == ParameterRole::phase; });
+    std::vector<Model> models;
+    for (const auto& start : starts) {
+      const FitSpace space(belief_, start);
+      Eigen::VectorXd x = space.start();
+      x.head(nuisances[0].size()) = nuisances[0];
+      models.push_back(space.model(x));
+    }
+    const std::vector<double> gains = references.screen->gains(models, phase, !phase);
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
+    followed = gains[order[0]] > clearly_better * gains[order[1]] ? 1 : followed_starts;
+  }
+  std::vector<Start> out;
+  for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
+  for (std::size_t n = 1; n < nuisances.size(); ++n) out.emplace_back(&starts[order[0]], &nuisances[n]);
+  return out;
+}
+
+std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::vector<Settings>& starts,
+                                                                   const std::vector<Eigen::VectorXd>& nuisances,
+                                                                   const References& references) const {
+  std::vector<Start> all;
+  for (const auto& nuisance : nuisances)
+    for (const auto& start : starts) all.emplace_back(&start, &nuisance);
+  if (all.size() <= followed_starts) return all;
+  // where each start stands by itself says which are worth a fit
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    order.emplace_back(fit(*all[i].first, all[i].second, references.contact.local,
+                           {Through::contact, 0, false, true, start_stride}, &references.prior).fit.chi2, i);
+  std::sort(order.begin(), order.end());
+  std::vector<Start> out;
+  for (std::size_t i = 0; i < followed_starts; ++i) out.push_back(all[order[i].second]);
+  return out;
+}
+
 Trial Candidates::bestOf(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                          const References& references, bool contact) const {
-  const Through through = contact ? Through::contact : Through::free;
-  const QuadraticPrior* prior = contact ? &references.prior : nullptr;
-  const auto& local = references.contact.local;
-  std::vector<std::pair<const Settings*, const Eigen::VectorXd*>> looks;
-  for (const auto& nuisance : nuisances)
-    for (const auto& start : starts) looks.emplace_back(&start, &nuisance);
-  if (contact && looks.size() > followed_starts) {
-    // where each start stands by itself says which are worth a fit
-    std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < looks.size(); ++i)
-      order.emplace_back(fit(*looks[i].first, looks[i].second, local, {through, 0, false, true, start_stride}, prior).fit.chi2, i);
-    std::sort(order.begin(), order.end());
-    std::vector<std::pair<const Settings*, const Eigen::VectorXd*>> kept;
-    for (std::size_t i = 0; i < followed_starts; ++i) kept.push_back(looks[order[i].second]);
-    looks = kept;
-  }
+  const auto followed = contact ? promisingThroughContact(starts, nuisances, references)
+                                : promisingFree(starts, nuisances, references);
   Trial winner;
   winner.fit.chi2 = 1e301;
-  const int iterations = !contact && starts.size() > 2 ? 1 : first_look_iterations;
-  for (const auto& [start, nuisance] : looks) {
-    Trial trial = fit(*start, nuisance, local, {through, iterations, false, true}, prior);
+  for (const auto& [start, nuisance] : followed) {
+    Trial trial = fit(*start, nuisance, references.contact.local,
+                      {contact ? Through::contact : Through::free, first_look_iterations, false, true},
+                      contact ? &references.prior : nullptr);
     if (trial.fit.chi2 < winner.fit.chi2) winner = std::move(trial);
   }
   return winner;

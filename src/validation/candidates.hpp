@@ -7,6 +7,7 @@
 
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/fit.hpp"
+#include "start_screen.hpp"
 
 namespace amb_rotor {
 
@@ -36,6 +37,7 @@ bool needsContact(const std::string& effect);
 struct References {
   Trial free, contact, sparse;  ///< sparse: `contact` at the windows of a first look
   QuadraticPrior prior;         ///< what the free runs say of the nuisance, for fits to the runs with contact alone
+  std::shared_ptr<const StartScreen> screen;  ///< about `free`
 
   const Trial& of(const Trial& trial) const {
     return !needsContact(trial.effect) ? free : trial.stride > 1 ? sparse : contact;
@@ -84,6 +86,13 @@ class Candidates {
               const std::function<void(const std::string&)>& tell) const;
 
  private:
+  /// One fit to be tried: with these effects, from this nuisance.
+  using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
+  std::vector<Start> promisingFree(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
+                                   const References& references) const;
+  std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
+                                             const std::vector<Eigen::VectorXd>& nuisances,
+                                             const References& references) const;
   Trial bestOf(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                const References& references, bool contact) const;
   void value(Trial& trial, const References& references) const;

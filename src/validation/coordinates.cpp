@@ -75,7 +75,14 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
         ++i;  // the phase went with it
         continue;
       }
-      if (p.lower > 0.0) {
+      if (p.lower > 0.0 && p.neutral >= p.upper) {
+        c.lower = 1.0 / std::sqrt(p.upper);
+        c.upper = 1.0 / std::sqrt(p.lower);
+        c.scale = 1.0 / std::sqrt(p.typical);
+        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::inverse_root, 1, -1});
+        coordinates_.push_back(c);
+        start.push_back(1.0 / std::sqrt(std::max(value, p.lower)));
+      } else if (p.lower > 0.0) {
         c.lower = std::log(c.lower);
         c.upper = std::log(c.upper);
         c.scale = 0.1;
@@ -106,6 +113,7 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
     switch (slot.kind) {
       case Kind::plain: v[slot.parameter] = at; break;
       case Kind::logarithm: v[slot.parameter] = std::exp(at); break;
+      case Kind::inverse_root: v[slot.parameter] = 1.0 / (at * at); break;
       case Kind::vector_cosine: {
         const double sine = x[slot.coordinate + 1];
         v[slot.parameter] = std::hypot(at, sine);
@@ -160,6 +168,7 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
     switch (slot.kind) {
       case Kind::plain: out[slot.parameter].std = std::sqrt(variance); break;
       case Kind::logarithm: out[slot.parameter].std = v[slot.parameter] * std::sqrt(variance); break;
+      case Kind::inverse_root: out[slot.parameter].std = 2.0 * std::pow(v[slot.parameter], 1.5) * std::sqrt(variance); break;
       case Kind::vector_cosine: {
         const double a = std::max(v[slot.parameter], 1e-300);
         const double cs = x[c] / a, sn = x[c + 1] / a;

@@ -15,21 +15,24 @@ constexpr double score_block_s = 0.05;
 constexpr int angle_grid = 16;
 /// How often that is done before the angle only moves with the fit.
 constexpr int most_angle_searches = 4;
+/// Of a run so much is searched at most [s]: the grid only has to find the right hill.
+constexpr double angle_search_s = 0.3;
 constexpr double angle_step = 0.01;
 
-/// Sum of squares over the noise, with the best constant offset of each displacement channel within its prior.
-double sumOfSquares(const Recording& rec, const std::vector<double>& out, double offset_std) {
+/// Sum of squares over the noise of the first `samples`, with the best constant offset of each displacement channel
+/// within its prior.
+double sumOfSquares(const Recording& rec, long samples, const std::vector<double>& out, double offset_std) {
   double sum = 0.0;
   for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
     double mean = 0.0, square = 0.0;
-    for (long i = 0; i < rec.samples; ++i) {
+    for (long i = 0; i < samples; ++i) {
       const double r = (rec.measured[i * predicted_channels + c] - out[i * predicted_channels + c]) / rec.noise[c];
       mean += r;
       square += r * r;
     }
     const double prior = offset_std > 0.0 ? std::pow(rec.noise[c] / offset_std, 2) : 0.0;
-    sum += c < 4 && offset_std > 0.0 ? square - mean * mean / (rec.samples + prior) : square;
+    sum += c < 4 && offset_std > 0.0 ? square - mean * mean / (samples + prior) : square;
   }
   return sum;
 }
@@ -52,17 +55,19 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   if (angle && local.angle_searches < most_angle_searches) {
     // the whole turn on a grid, then finely about the best; again while the model still moves
     ++local.angle_searches;
+    Stretch searched = stretch;
+    searched.last = std::min(n, std::max<long>(1, static_cast<long>(angle_search_s * rec.run.sample_rate_hz)));
     double best = 1e300, from = 0.0, spacing = two_pi / angle_grid;
     for (int level = 0; level < 2; ++level) {
-      std::vector<std::vector<double>> outs(angle_grid, std::vector<double>(width));
+      std::vector<std::vector<double>> outs(angle_grid, std::vector<double>(searched.last * predicted_channels));
       std::vector<LaneJob> jobs;
       for (int k = 0; k < angle_grid; ++k) {
         jobs.push_back(jobOf(rec, models[0], from + spacing * k));
         jobs.back().out = outs[k].data();
       }
-      predict(stretch, jobs);
+      predict(searched, jobs);
       for (int k = 0; k < angle_grid; ++k) {
-        const double sum = jobs[k].finite ? sumOfSquares(rec, outs[k], offset_std_) : 1e300;
+        const double sum = jobs[k].finite ? sumOfSquares(rec, searched.last, outs[k], offset_std_) : 1e300;
         if (sum < best) {
           best = sum;
           local.angle_rad = from + spacing * k;

@@ -139,7 +139,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   }
   if (effect == "amplifier_lag") return {with({rig.amb.amplifier_bandwidth_hz})};
   if (effect == "control_delay") return {with({rig.controller.delay_s})};
-  if (effect == "eddy_current_lag") return {with({1e4}), with({1e3})};
+  if (effect == "eddy_current_lag") return {with({1e5})};
   if (effect == "hertzian_contact") {
     // the same energy as the linear law at the penetrations seen, or at lesser ones
     const double seen = std::min(std::max(typicalPenetration(belief, recordings), 1e-6), 5e-5);

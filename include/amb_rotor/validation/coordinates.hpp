@@ -2,7 +2,8 @@
 // The numbers that a fit may change, and the model that belongs to them.
 //
 // Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior. An effect's parameters:
-// positive ones with a lower limit above 0 by their logarithm, an amplitude with its phase as a vector
+// positive ones with a lower limit above 0 by their logarithm, those that are
+// neutral at their upper limit by 1/sqrt (a half-order lag's corner: the motion is linear in it next to neutral), an amplitude with its phase as a vector
 // (a cos h p, a sin h p), h the phase's harmonic, all others as they are.
 #include <Eigen/Core>
 #include <string>
@@ -49,7 +50,7 @@ class FitSpace {
   int effectCoordinates() const { return size() - nuisances_; }
 
  private:
-  enum class Kind { plain, logarithm, vector_cosine, vector_sine };
+  enum class Kind { plain, logarithm, inverse_root, vector_cosine, vector_sine };
   struct Slot {
     int effect, parameter, coordinate;
     Kind kind;

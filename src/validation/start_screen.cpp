@@ -1,0 +1,138 @@
+#include "start_screen.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/validation/stretches.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr double difference_share = 0.02;  ///< of a coordinate's scale
+
+/// Predictions of all models of one structure, in the smallest step that any of them needs.
+std::vector<std::vector<double>> predictions(const Recording& rec, const std::vector<Model>& given, double angle,
+                                             std::vector<bool>& finite) {
+  const std::vector<Model> models = rec.run.unbalance.empty() ? given : withTrialWeights(given, rec);
+  Stretch stretch = stretchOf(rec, models[0]);
+  std::vector<std::vector<double>> outs(models.size());
+  std::vector<LaneJob> jobs;
+  for (std::size_t k = 0; k < models.size(); ++k) {
+    stretch.largest_step_s = std::min(stretch.largest_step_s, freeStep(models[k]));
+    outs[k].resize(static_cast<std::size_t>(rec.samples) * predicted_channels);
+    jobs.push_back(jobOf(rec, models[k], angle));
+    jobs.back().out = outs[k].data();
+  }
+  predict(stretch, jobs);
+  finite.clear();
+  for (const auto& job : jobs) finite.push_back(job.finite);
+  return outs;
+}
+
+}  // namespace
+
+StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::vector<int>& which, const FitSpace& space,
+                         const Eigen::VectorXd& x, const std::vector<LocalState>& local, double offset_std_m)
+    : recordings_(recordings), offset_std_(offset_std_m), parts_(which.size()) {
+  const int p = space.size();
+  prior_weight_ = Eigen::VectorXd::Zero(p);
+  prior_pull_ = Eigen::VectorXd::Zero(p);
+  std::vector<Model> models = {space.model(x)};
+  std::vector<double> steps;
+  for (int k = 0; k < p; ++k) {
+    const Coordinate& c = space.coordinates()[k];
+    if (c.prior_std > 0.0) {
+      prior_weight_[k] = 1.0 / (c.prior_std * c.prior_std);
+      prior_pull_[k] = prior_weight_[k] * (c.prior_mean - x[k]);
+    }
+    const double step = difference_share * c.scale;
+    steps.push_back(x[k] + step <= c.upper ? step : -step);
+    Eigen::VectorXd moved = x;
+    moved[k] += steps.back();
+    models.push_back(space.model(moved));
+  }
+  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t n) {
+    Part& part = parts_[n];
+    part.recording = which[n];
+    part.angle_rad = local[which[n]].angle_rad;
+    const Recording& rec = recordings_[which[n]];
+    std::vector<bool> finite;
+    auto outs = predictions(rec, models, part.angle_rad, finite);
+    part.columns = Eigen::MatrixXf::Zero(rec.samples * predicted_channels, p + 1);
+    for (long i = 0; i < part.columns.rows(); ++i) {
+      const double noise = rec.noise[i % predicted_channels];
+      if (noise <= 0.0) continue;
+      for (int k = 0; k < p; ++k)
+        if (finite[k + 1]) part.columns(i, k) = static_cast<float>((outs[k + 1][i] - outs[0][i]) / (steps[k] * noise));
+      part.columns(i, p) = static_cast<float>((rec.measured[i] - outs[0][i]) / noise);
+    }
+    part.predicted = std::move(outs[0]);
+  });
+}
+
+std::vector<double> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
+  const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
+  const int size = p + 1 + s;
+  std::vector<Eigen::MatrixXd> grams(parts_.size(), Eigen::MatrixXd::Zero(size, size));
+  std::vector<std::vector<bool>> finite(parts_.size());
+  tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) {
+    const Part& part = parts_[n];
+    const Recording& rec = recordings_[part.recording];
+    if (rec.standstill && !standstill) {
+      finite[n].assign(s, true);
+      return;
+    }
+    const auto outs = predictions(rec, starts, part.angle_rad, finite[n]);
+    constexpr long block = 256;
+    Eigen::MatrixXd columns(block, size + 2);  // and 1, t of one channel
+    for (int c = 0; c < predicted_channels; ++c) {
+      if (rec.noise[c] <= 0.0) continue;
+      const double weight = 1.0 / rec.noise[c];
+      Eigen::MatrixXd small = Eigen::MatrixXd::Zero(size + 2, size + 2);
+      for (long from = 0; from < rec.samples; from += block) {
+        const long rows = std::min(block, rec.samples - from);
+        for (long i = 0; i < rows; ++i) {
+          const long at = (from + i) * predicted_channels + c;
+          columns.row(i).head(p + 1) = part.columns.row(at).cast<double>();
+          for (int k = 0; k < s; ++k)
+            columns(i, p + 1 + k) = finite[n][k] ? (outs[k][at] - part.predicted[at]) * weight : 0.0;
+          columns(i, size) = weight;
+          columns(i, size + 1) = weight * (static_cast<double>(from + i) / rec.samples - 0.5);
+        }
+        small.selfadjointView<Eigen::Lower>().rankUpdate(columns.topRows(rows).transpose());
+      }
+      small = small.selfadjointView<Eigen::Lower>();
+      grams[n] += small.topLeftCorner(size, size);
+      if (offset_std_ > 0.0 && c < 4) {
+        Eigen::Matrix2d own = small.bottomRightCorner<2, 2>();
+        own.diagonal().array() += 1.0 / (offset_std_ * offset_std_);
+        grams[n] -= small.topRightCorner(size, 2) * own.ldlt().solve(small.bottomLeftCorner(2, size));
+      }
+    }
+  });
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
+  for (const auto& part : grams) gram += part;
+  Eigen::MatrixXd nuisance = gram.topLeftCorner(p, p);
+  nuisance.diagonal() += prior_weight_;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(nuisance);
+  const Eigen::VectorXd pull = gram.col(p).head(p) + prior_pull_;
+  std::vector<double> out;
+  for (int k = 0; k < s; ++k) {
+    const bool kept = std::all_of(finite.begin(), finite.end(), [&](const std::vector<bool>& f) { return f[k]; });
+    if (!kept) {
+      out.push_back(-1.0);
+      continue;
+    }
+    const Eigen::VectorXd cross = gram.col(p + 1 + k).head(p);
+    const Eigen::VectorXd moved = p > 0 ? Eigen::VectorXd(factor.solve(cross)) : cross;
+    const double square = gram(p + 1 + k, p + 1 + k) - cross.dot(moved);
+    const double along = gram(p, p + 1 + k) - moved.dot(pull);
+    out.push_back(square > 0.0 && (either_sign || along > 0.0) ? 0.5 * along * along / square : 0.0);
+  }
+  return out;
+}
+
+}  // namespace amb_rotor

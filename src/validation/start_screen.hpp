@@ -1,0 +1,43 @@
+#pragma once
+// Which of several starts of an effect point where the data do: one prediction a start instead of a fit.
+//
+// The change that a start makes to the predicted channels is a direction D; the model's nuisance N (linearised once,
+// about the reference) and the runs' offsets and drifts L may move with it. With everything over the noise and r the
+// reference's residual, freed of N and L by least squares (priors counted), a share a of D takes at best
+//   gain = (D'r)^2/(2 D'D),  a = D'r/D'D
+// from half the sum of squares. Left out: that N's own directions change with the effect, and its strength beyond a.
+#include <Eigen/Core>
+#include <vector>
+
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+
+class StartScreen {
+ public:
+  /// @param recordings  must outlive this
+  /// @param which       those of the runs without contact to be used
+  /// @param space, x, local  the reference
+  StartScreen(const std::vector<Recording>& recordings, const std::vector<int>& which, const FitSpace& space,
+              const Eigen::VectorXd& x, const std::vector<LocalState>& local, double offset_std_m);
+
+  /// @param starts        models of one structure
+  /// @param either_sign   whether a < 0 is a start as well; otherwise its gain is 0
+  /// @param standstill    whether runs at standstill count: not where the effect knows the shaft's angle
+  /// @return gain of each; -1: its prediction did not stay finite
+  std::vector<double> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
+
+ private:
+  struct Part {
+    int recording;
+    double angle_rad;
+    Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
+    std::vector<double> predicted;
+  };
+  const std::vector<Recording>& recordings_;
+  double offset_std_;
+  Eigen::VectorXd prior_weight_, prior_pull_;
+  std::vector<Part> parts_;
+};
+
+}  // namespace amb_rotor
