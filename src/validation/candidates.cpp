@@ -23,8 +23,12 @@ constexpr int approach_iterations = 5, approach_rounds = 2;
 /// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
 constexpr int round_iterations = 4, most_rounds = 3;
 constexpr double hopeless_pace = 8.0;
+/// Share of the leader's evidence from which on a candidate is fitted through all windows.
+constexpr double in_reach = 0.3;
 /// Evidence after the first look below which a candidate is not followed.
 constexpr double hopeless = -40.0;
+/// Of its prior standard deviation so much may be left of a nuisance that counts as settled by the runs without contact.
+constexpr double settled_share = 0.25;
 /// Prior standard deviations by which a refitted nuisance must be off for candidates to start from the belief too.
 constexpr double far_from_belief = 2.5;
 
@@ -34,6 +38,23 @@ bool isNested(const std::string& effect) {
   const auto& parameters = effectCatalogue().find(effect)->parameters;
   return std::all_of(parameters.begin(), parameters.end(),
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
+}
+
+/// What the runs without contact have settled: fits to the others alone leave it there.
+std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior& prior) {
+  std::vector<bool> held(space.size(), false);
+  const int n = space.nuisances();
+  Eigen::MatrixXd h = prior.h;
+  for (int k = 0; k < n; ++k) h(k, k) += 1.0 / std::pow(space.coordinates()[k].prior_std, 2);
+  const Eigen::MatrixXd covariance = h.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  for (int k = 0; k < n; ++k) held[k] = std::sqrt(covariance(k, k)) < settled_share * space.coordinates()[k].prior_std;
+  for (const auto& effect : space.fitted()) {
+    if (needsContact(effect.id)) continue;
+    const std::string prefix = effect.id + ".";
+    for (int k = n; k < space.size(); ++k)
+      if (space.coordinates()[k].name.rfind(prefix, 0) == 0) held[k] = true;
+  }
+  return held;
 }
 
 }  // namespace
@@ -82,6 +103,11 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     options.attempts = 3;
     options.covariance = false;
     if (effort.through == Through::contact) options.window_stride = trial.stride = effort.stride;
+  }
+  if (effort.through == Through::contact && prior != nullptr) {
+    options.held = heldThroughContact(*trial.space, *prior);
+    for (int k = 0; k < trial.space->nuisances(); ++k)
+      if (options.held[k]) start[k] = prior->centre[k];
   }
   std::vector<int> which = effort.through == Through::contact ? fit_contact_ : fit_free_;
   if (effort.through == Through::all) which.insert(which.end(), fit_contact_.begin(), fit_contact_.end());
@@ -270,8 +296,10 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     const bool contact = needsContact(t.effect);
     for (int round = 0; round < most_rounds; ++round) {
       const Eigen::VectorXd own = t.nuisance();
-      Trial more = fit(t.effects(), &own, t.local, {contact ? Through::contact : Through::free, round_iterations},
-                       contact ? &references.prior : nullptr);
+      FitEffort effort = {contact ? Through::contact : Through::free, round_iterations};
+      // all windows only for those that lead, or nearly, by some of them
+      if (contact && round == 0 && t.evidence < in_reach * leader) effort.first_look = true;
+      Trial more = fit(t.effects(), &own, t.local, effort, contact ? &references.prior : nullptr);
       const bool comparable = more.stride == t.stride;
       if (comparable && more.fit.chi2 > t.fit.chi2) break;
       const double was = t.evidence;
@@ -279,6 +307,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       value(t, references);
       if (t.evidence < hopeless) break;
       if (!comparable) continue;
+      if (effort.first_look && t.evidence < in_reach * leader) break;
       const double gained = t.evidence - was;
       // at this pace it would not come near the leader
       if (gained < 0.5 || (t.evidence < leader && hopeless_pace * gained < leader - t.evidence)) break;

@@ -108,6 +108,7 @@ void Diagnoser::baseline(Diagnosis& out) {
   progress(0.05, "baseline through contact");
   references_ = candidates_.referencesOf(free, free);
   joint_ = references_.contact;
+  progress(0.08, "baseline on the runs to validate");
   errors_ = candidates_.judge(joint_, true, true);
   references_.contact.local = joint_.local;
   double squares = free.fit.squares, count = free.fit.count;
@@ -136,6 +137,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     t.errors = errors_;  // what cannot be seen changes nothing
     if (!t.usable()) continue;
     const bool contact = needsContact(t.effect);
+    if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
     t.errors = candidates_.judge(t, contact, false);
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references_.free.fit : references_.contact.fit;

@@ -41,9 +41,12 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
                                      std::vector<RunResult>* results) const {
   const int p = space_.size();
   std::vector<Model> models;
+  std::vector<int> columns;
   models.push_back(space_.model(x));
   if (options.jacobian)
     for (int k = 0; k < p; ++k) {
+      if (!options.held.empty() && options.held[k]) continue;
+      columns.push_back(k);
       Eigen::VectorXd moved = x;
       // away from a limit, so that the difference is a real one
       const double up = x[k] + steps_[k];
@@ -55,8 +58,8 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
   tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) {
     const Recording& rec = recordings_[which[i]];
     LocalState& state = local[which[i]];
-    parts[i] = rec.holdsContact() ? evaluateWindows(x, models, rec, state, options, own[i])
-                                  : evaluateFree(models, rec, state, options, own[i]);
+    parts[i] = rec.holdsContact() ? evaluateWindows(x, models, columns, rec, state, options, own[i])
+                                  : evaluateFree(models, columns, rec, state, options, own[i]);
   });
   NormalEquations sum(p);
   for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);
@@ -84,6 +87,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   evaluation.window_passes = options.first_window_passes;
   evaluation.window_stride = options.window_stride;
   evaluation.all_or_nothing = true;
+  evaluation.held = options.held;
   Eigen::VectorXd prior_weight = Eigen::VectorXd::Zero(p), prior_mean = Eigen::VectorXd::Zero(p);
   for (int k = 0; k < p; ++k) {
     const auto& c = space.coordinates()[k];
@@ -122,6 +126,13 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       h.topLeftCorner(q, q) += extra->h;
       g.head(q) -= extra->h * (result.x.head(q) - extra->centre);
     }
+    for (int k = 0; k < p; ++k)
+      if (!options.held.empty() && options.held[k]) {
+        h.row(k).setZero();
+        h.col(k).setZero();
+        h(k, k) = 1.0;
+        g[k] = 0.0;
+      }
     bool improved = false, converged = false;
     for (int attempt = 0; attempt < options.attempts; ++attempt) {
       Eigen::MatrixXd damped = h;

@@ -39,8 +39,9 @@ double sumOfSquares(const Recording& rec, long samples, const std::vector<double
 
 }  // namespace
 
-NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const Recording& rec, LocalState& local,
-                                         const EvaluationOptions& options, RunResult& result) const {
+NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const std::vector<int>& moved,
+                                         const Recording& rec, LocalState& local, const EvaluationOptions& options,
+                                         RunResult& result) const {
   const int p = space_.size();
   const int lanes = static_cast<int>(given.size());
   NormalEquations normal(p);
@@ -104,7 +105,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
   double squares = 0.0, count = 0.0;
   std::vector<double> step(g);
-  for (int k = 0; k < g; ++k) step[k] = 1.0 / steps_[k];
+  for (int k = 0; k < g; ++k) step[k] = 1.0 / steps_[moved[k]];
 
   constexpr long block = 256;
   const int dense = g + la;  // columns that come from predictions
@@ -158,13 +159,13 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     const Eigen::LDLT<Eigen::MatrixXd> factor(own);
     solved = factor.solve(right.tail(local_size));
     cross = factor.solve(gram.bottomLeftCorner(local_size, g));
-    normal.h.topLeftCorner(g, g) =
+    normal.h(moved, moved) =
         gram.topLeftCorner(g, g) - gram.topRightCorner(g, local_size) * cross;
-    normal.g.head(g) = right.head(g) - gram.topRightCorner(g, local_size) * solved;
+    normal.g(moved) = right.head(g) - gram.topRightCorner(g, local_size) * solved;
     normal.chi2 = squares - right.tail(local_size).dot(solved);
   } else {
-    normal.h.topLeftCorner(g, g) = gram;
-    normal.g.head(g) = right;
+    normal.h(moved, moved) = gram;
+    normal.g(moved) = right;
     normal.chi2 = squares;
   }
   if (la) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
@@ -215,7 +216,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
         }
       }
     }
-    normal.scores.topLeftCorner(g, g) = scores * scores.transpose();
+    normal.scores(moved, moved) = scores * scores.transpose();
   }
   if (options.keep_prediction) {
     result.predicted.assign(outs.begin(), outs.begin() + static_cast<long>(width));

@@ -50,7 +50,8 @@ double squaresOf(const Recording& rec, long first, long n, const double* out, co
 }  // namespace
 
 NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std::vector<Model>& given,
-                                            const Recording& rec, LocalState& local, const EvaluationOptions& options,
+                                            const std::vector<int>& moved_coordinates, const Recording& rec,
+                                            LocalState& local, const EvaluationOptions& options,
                                             RunResult& result) const {
   const int p = space_.size();
   NormalEquations normal(p);
@@ -201,7 +202,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
           const double y = outs[place];
           int k = 0, lane = 1;
           if (with_coordinates)
-            for (; k < g; ++k, ++lane) rows(i, k) = (outs[lane * width + place] - y) / steps_[k] * weight;
+            for (; k < g; ++k, ++lane) rows(i, k) = (outs[lane * width + place] - y) / steps_[moved_coordinates[k]] * weight;
           for (int j = 0; j < w; ++j, ++k, ++lane)
             rows(i, k) =
                 (outs[lane * width + place] - y) / scaleOf(j, steps_of_start) * weight;
@@ -330,8 +331,9 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
                2.0 * std::log(scaleOf(k, prior_of_start));
     const Eigen::VectorXd solved = factor.solve(own_b);
     if (g > 0) {
-      Eigen::MatrixXd response = -factor.solve(between.topRows(g).transpose());
-      for (int k = 0; k < g; ++k)
+      Eigen::MatrixXd response = Eigen::MatrixXd::Zero(w, p);
+      response(Eigen::all, moved_coordinates) = -factor.solve(between.topRows(g).transpose());
+      for (const int k : moved_coordinates)
         if (x[k] + steps_[k] > space_.coordinates()[k].upper) response.col(k) *= -1.0;  // was stepped downwards
       local.window_response[number] = std::move(response);
     }
@@ -372,18 +374,18 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     const Eigen::LDLT<Eigen::MatrixXd> factor(own);
     const Eigen::VectorXd solved = factor.solve(own_b);
     const Eigen::MatrixXd between = run_h.topRightCorner(g, r);
-    normal.h.topLeftCorner(g, g) = run_h.topLeftCorner(g, g) - between * factor.solve(between.transpose());
-    normal.g.head(g) = run_g.head(g) - between * solved;
+    normal.h(moved_coordinates, moved_coordinates) = run_h.topLeftCorner(g, g) - between * factor.solve(between.transpose());
+    normal.g(moved_coordinates) = run_g.head(g) - between * solved;
     chi2 -= std::min(std::max(0.0, own_b.dot(solved)), 0.5 * chi2);
     for (int a = 0; a < 4; ++a) {
       local.offset_m[a] += solved[a];
       local.drift_m[a] += solved[4 + a];
     }
-    if (g > 0 && options.scores) normal.scores.topLeftCorner(g, g) = scores * scores.transpose();
+    if (g > 0 && options.scores) normal.scores(moved_coordinates, moved_coordinates) = scores * scores.transpose();
   } else {
-    normal.h.topLeftCorner(g, g) = run_h;
-    normal.g.head(g) = run_g;
-    if (g > 0 && options.scores) normal.scores.topLeftCorner(g, g) = scores * scores.transpose();
+    normal.h(moved_coordinates, moved_coordinates) = run_h;
+    normal.g(moved_coordinates) = run_g;
+    if (g > 0 && options.scores) normal.scores(moved_coordinates, moved_coordinates) = scores * scores.transpose();
   }
   normal.chi2 = chi2;
   normal.squares = squares;

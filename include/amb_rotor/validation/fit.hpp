@@ -54,6 +54,7 @@ struct RunResult {
 
 struct EvaluationOptions {
   bool jacobian = true;
+  std::vector<bool> held;    ///< coordinates that stay where they are: no columns for them (empty: none)
   bool scores = false;       ///< fill NormalEquations::scores
   bool keep_prediction = false;
   int window_passes = 1;     ///< refinements of the windows' starts
@@ -75,10 +76,12 @@ class FitProblem {
                            const EvaluationOptions& options, std::vector<RunResult>* results = nullptr) const;
 
  private:
-  NormalEquations evaluateFree(const std::vector<Model>& models, const Recording& rec, LocalState& local,
-                               const EvaluationOptions& options, RunResult& result) const;
-  NormalEquations evaluateWindows(const Eigen::VectorXd& x, const std::vector<Model>& models, const Recording& rec,
-                                  LocalState& local, const EvaluationOptions& options, RunResult& result) const;
+  /// @param models  the base, then one with each of the coordinates `moved` (of size models.size() - 1) a step on
+  NormalEquations evaluateFree(const std::vector<Model>& models, const std::vector<int>& moved, const Recording& rec,
+                               LocalState& local, const EvaluationOptions& options, RunResult& result) const;
+  NormalEquations evaluateWindows(const Eigen::VectorXd& x, const std::vector<Model>& models, const std::vector<int>& moved,
+                                  const Recording& rec, LocalState& local, const EvaluationOptions& options,
+                                  RunResult& result) const;
   bool dependsOnAngle(const Model& model) const;
 
   const std::vector<Recording>& recordings_;
@@ -92,6 +95,7 @@ struct FitOptions {
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
   int first_window_passes = 5, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1;     ///< see EvaluationOptions
+  std::vector<bool> held;    ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
   bool covariance = true;    ///< linearise once more at the end; false: the covariance is that of the last iteration
   bool scores = false;       ///< fill the robust covariance
