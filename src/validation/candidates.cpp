@@ -1,5 +1,7 @@
 #include "candidates.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -21,10 +23,13 @@ constexpr double clearly_better = 2.0;
 /// Iterations that a candidate may need to come near a reference which it does not contain.
 constexpr int approach_iterations = 5, approach_rounds = 2;
 /// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
-constexpr int round_iterations = 4, most_rounds = 3;
+constexpr int round_iterations = 4, most_rounds = 3, most_sparse_rounds = 8;
 constexpr double hopeless_pace = 8.0;
-/// Share of the leader's evidence from which on a candidate is fitted through all windows.
-constexpr double in_reach = 0.3;
+/// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
+/// beyond which one alone is sure without.
+constexpr double in_reach = 0.3, plain_evidence = 200.0;
+/// Share of the evidence below which a round's gain ends the rounds.
+constexpr double small_gain = 0.01;
 /// Evidence after the first look below which a candidate is not followed.
 constexpr double hopeless = -40.0;
 /// Of its prior standard deviation so much may be left of a nuisance that counts as settled by the runs without contact.
@@ -102,6 +107,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   if (effort.first_look) {
     options.attempts = 3;
     options.covariance = false;
+    if (effort.iterations == 0) options.first_window_passes = 1;
     if (effort.through == Through::contact) options.window_stride = trial.stride = effort.stride;
   }
   if (effort.through == Through::contact && prior != nullptr) {
@@ -116,13 +122,13 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   return trial;
 }
 
-CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough) const {
+CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough, int stride) const {
   CandidateErrors errors;
   const FitProblem problem(recordings_, *trial.space, offset_std_);
   EvaluationOptions evaluation;
   evaluation.jacobian = false;
   evaluation.window_passes = 3;
-  evaluation.thorough = thorough;
+  evaluation.window_stride = stride;
   std::vector<LocalState>& local = trial.local;
   double sum = 0.0;
   int count = 0;
@@ -130,7 +136,9 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough
     std::vector<RunResult> own;
     // twice where windows are: the first pass finds the runs' offsets, the second counts with them
     const bool windows = !which.empty() && recordings_[which[0]].holdsContact();
+    evaluation.thorough = false;
     if (windows) problem.evaluate(trial.fit.x, which, local, evaluation, nullptr);
+    evaluation.thorough = thorough;
     problem.evaluate(trial.fit.x, which, local, evaluation, &own);
     double part = 0.0;
     for (const auto& r : own) part += r.mean_square;
@@ -207,10 +215,11 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
     for (const auto& start : starts) all.emplace_back(&start, &nuisance);
   if (all.size() <= followed_starts) return all;
   // where each start stands by itself says which are worth a fit
-  std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    order.emplace_back(fit(*all[i].first, all[i].second, references.contact.local,
-                           {Through::contact, 0, false, true, start_stride}, &references.prior).fit.chi2, i);
+  std::vector<std::pair<double, std::size_t>> order(all.size());
+  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+    const FitEffort glance = {Through::contact, 0, false, true, start_stride};
+    order[i] = {fit(*all[i].first, all[i].second, references.contact.local, glance, &references.prior).fit.chi2, i};
+  });
   std::sort(order.begin(), order.end());
   std::vector<Start> out;
   for (std::size_t i = 0; i < followed_starts; ++i) out.push_back(all[order[i].second]);
@@ -221,15 +230,14 @@ Trial Candidates::bestOf(const std::vector<Settings>& starts, const std::vector<
                          const References& references, bool contact) const {
   const auto followed = contact ? promisingThroughContact(starts, nuisances, references)
                                 : promisingFree(starts, nuisances, references);
-  Trial winner;
-  winner.fit.chi2 = 1e301;
-  for (const auto& [start, nuisance] : followed) {
-    Trial trial = fit(*start, nuisance, references.contact.local,
-                      {contact ? Through::contact : Through::free, first_look_iterations, false, true},
-                      contact ? &references.prior : nullptr);
-    if (trial.fit.chi2 < winner.fit.chi2) winner = std::move(trial);
-  }
-  return winner;
+  const FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
+  std::vector<Trial> trials(followed.size());
+  tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
+    trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
+                    contact ? &references.prior : nullptr);
+  });
+  return *std::min_element(trials.begin(), trials.end(),
+                           [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
 }
 
 Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references) const {
@@ -286,34 +294,43 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
                         const std::function<void(const std::string&)>& tell) const {
   const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
   std::stable_sort(trials.begin(), trials.end(), order);
-  int finished = 0;
   double leader = -1e300;
-  for (auto& t : trials) {
-    // those that may still become the best: the first few, and whatever comes near them
-    if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
-    ++finished;
-    tell(t.effect);
-    const bool contact = needsContact(t.effect);
-    for (int round = 0; round < most_rounds; ++round) {
+  const auto goOn = [&](Trial& t, FitEffort effort) {
+    const int rounds = effort.first_look ? most_sparse_rounds : most_rounds;
+    for (int round = 0; round < rounds; ++round) {
       const Eigen::VectorXd own = t.nuisance();
-      FitEffort effort = {contact ? Through::contact : Through::free, round_iterations};
-      // all windows only for those that lead, or nearly, by some of them
-      if (contact && round == 0 && t.evidence < in_reach * leader) effort.first_look = true;
-      Trial more = fit(t.effects(), &own, t.local, effort, contact ? &references.prior : nullptr);
+      Trial more = fit(t.effects(), &own, t.local, effort, needsContact(t.effect) ? &references.prior : nullptr);
       const bool comparable = more.stride == t.stride;
       if (comparable && more.fit.chi2 > t.fit.chi2) break;
       const double was = t.evidence;
       t = std::move(more);
       value(t, references);
-      if (t.evidence < hopeless) break;
-      if (!comparable) continue;
-      if (effort.first_look && t.evidence < in_reach * leader) break;
+      if (t.evidence < hopeless || !comparable) break;
       const double gained = t.evidence - was;
       // at this pace it would not come near the leader
-      if (gained < 0.5 || (t.evidence < leader && hopeless_pace * gained < leader - t.evidence)) break;
+      if (gained < std::max(0.5, small_gain * t.evidence) ||
+          (t.evidence < leader && hopeless_pace * gained < leader - t.evidence)) break;
     }
     leader = std::max(leader, t.evidence);
+  };
+  int finished = 0;
+  for (auto& t : trials) {
+    // those that may still become the best: the first few, and whatever comes near them
+    if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
+    ++finished;
+    tell(t.effect);
+    goOn(t, {needsContact(t.effect) ? Through::contact : Through::free, round_iterations, false, needsContact(t.effect)});
   }
+  std::stable_sort(trials.begin(), trials.end(), order);
+  // some of the windows tell candidates far apart; rivals are fitted through all of them
+  std::vector<Trial*> rivals;
+  for (auto& t : trials)
+    if (t.usable() && t.stride > 1 && t.evidence > in_reach * std::max(trials[0].evidence, 0.0)) rivals.push_back(&t);
+  if (rivals.size() > 1 || (rivals.size() == 1 && trials[0].evidence < plain_evidence))
+    for (Trial* t : rivals) {
+      tell(t->effect + " through all windows");
+      goOn(*t, {Through::contact, round_iterations});
+    }
   std::stable_sort(trials.begin(), trials.end(), order);
 }
 

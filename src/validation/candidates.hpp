@@ -72,8 +72,9 @@ class Candidates {
   /// @param prior     for Through::contact
   Trial fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
-  /// Errors on the runs to validate; keeps their local unknowns in the trial.
-  CandidateErrors judge(Trial& trial, bool with_contact, bool thorough) const;
+  /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
+  /// in the trial.
+  CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;
   /// Half the drop of the BIC.
   double evidence(const Trial& trial, const Trial& against) const;
   /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows.

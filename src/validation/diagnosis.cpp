@@ -20,6 +20,11 @@ constexpr double least_evidence = 12.0;
 constexpr double least_validation_drop = 0.004;
 /// Share of the excess over the floor (1) that an effect must take there.
 constexpr double least_excess_share = 0.15;
+/// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
+constexpr double rival_share = 0.3;
+constexpr int judged_stride = 4;
+/// Iterations through contact alone before everything is fitted together.
+constexpr int contact_iterations = 12;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
@@ -89,6 +94,7 @@ class Diagnoser {
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
+  void refer();
   bool withdraw(Diagnosis& out);
   bool clean() const;
 
@@ -138,7 +144,8 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     if (!t.usable()) continue;
     const bool contact = needsContact(t.effect);
     if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
-    t.errors = candidates_.judge(t, contact, false);
+    const bool rival = t.evidence > rival_share * trials[0].evidence;
+    t.errors = candidates_.judge(t, contact, false, rival ? 1 : judged_stride);
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references_.free.fit : references_.contact.fit;
     if (candidates_.haveContact())
@@ -182,17 +189,30 @@ bool Diagnoser::earns(const Trial& trial) const {
 
 /// Everything refitted to all runs, with robust standard deviations; the model as it stands from then on.
 void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& out) {
-  const Eigen::VectorXd own = start.nuisance();
-  const Trial free = candidates_.fit(effects, &own, start.local, {Through::free, 6, true});
-  joint_ = candidates_.haveContact() ? candidates_.fit(effects, &own, start.local, {Through::all, 6, true}) : free;
+  Eigen::VectorXd own = start.nuisance();
+  Settings from = effects;
+  std::vector<LocalState> local = start.local;
+  if (needsContact(effects.back().id)) {  // near to its end with few unknowns first
+    const Trial near = candidates_.fit(effects, &own, local, {Through::contact, contact_iterations}, &references_.prior);
+    own = near.nuisance();
+    from = near.effects();
+    local = near.local;
+  }
+  joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, 6, true});
   errors_ = candidates_.judge(joint_, true, true);
   adopted_ = joint_.effects();
-  references_ = candidates_.referencesOf(free, joint_);
   for (std::size_t i = 0; i < effects.size(); ++i)
     for (auto& step : out.steps)
       if (effects[i].id == step.added)
         step.parameters = joint_.space->effectValues(static_cast<int>(i), joint_.fit.x, joint_.fit.covariance);
   if (!out.steps.empty()) out.steps.back().errors = errors_;
+}
+
+/// What the next candidates are measured against.
+void Diagnoser::refer() {
+  const Eigen::VectorXd own = joint_.nuisance();
+  const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
+  references_ = candidates_.referencesOf(free, joint_);
 }
 
 /// Takes an earlier step back that the later ones have made needless.
@@ -225,6 +245,7 @@ Diagnosis Diagnoser::run() {
     for (const auto& remark : r.remarks) out.remarks.push_back(r.run.id + ": " + remark);
   baseline(out);
   for (int step = 0; step < options_.most_steps; ++step) {
+    if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     const std::vector<Trial> trials = screen(from, to);
     if (step == 0) rank(trials, out);

@@ -245,7 +245,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       MachineState<double> best = start;
       Eigen::MatrixXd best_h;
       Eigen::VectorXd best_b;
-      const int passes = options.window_passes + (fresh ? 8 : 1);
+      const int passes = options.window_passes + (fresh ? 4 : 1);
       for (int pass = 0; pass < passes; ++pass) {
         const bool finite = linearise(start, false);
         const bool better = finite && window_squares < best_squares;

@@ -93,7 +93,7 @@ class FitProblem {
 struct FitOptions {
   int most_iterations = 8;
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
-  int first_window_passes = 5, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
+  int first_window_passes = 9, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1;     ///< see EvaluationOptions
   std::vector<bool> held;    ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
