@@ -97,6 +97,7 @@ class Diagnoser {
   void refer();
   bool withdraw(Diagnosis& out);
   bool clean() const;
+  void scaleToAllWindows(CandidateErrors& errors);
 
   Candidates candidates_;
   DiagnosisOptions options_;
@@ -105,6 +106,7 @@ class Diagnoser {
   References references_;
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
+  double sampled_error_ = -1.0;  ///< of the reference through contact on the windows of `judged_stride`; below 0: not known
 };
 
 void Diagnoser::baseline(Diagnosis& out) {
@@ -146,6 +148,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
     const bool rival = t.evidence > rival_share * trials[0].evidence;
     t.errors = candidates_.judge(t, contact, false, rival ? 1 : judged_stride);
+    if (contact && !rival) scaleToAllWindows(t.errors);
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references_.free.fit : references_.contact.fit;
     if (candidates_.haveContact())
@@ -153,6 +156,16 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
           std::sqrt((t.stride * t.fit.squares + other.squares) / (t.stride * t.fit.count + other.count));
   }
   return trials;
+}
+
+/// Errors through contact that were judged on some windows, in proportion to what the reference has on the same ones.
+void Diagnoser::scaleToAllWindows(CandidateErrors& errors) {
+  if (errors.validation_error_contact < 0.0 || errors_.validation_error_contact <= 0.0) return;
+  if (sampled_error_ < 0.0) {
+    Trial reference = references_.contact;
+    sampled_error_ = candidates_.judge(reference, true, false, judged_stride).validation_error_contact;
+  }
+  if (sampled_error_ > 0.0) errors.validation_error_contact *= errors_.validation_error_contact / sampled_error_;
 }
 
 void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
@@ -213,6 +226,7 @@ void Diagnoser::refer() {
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
   references_ = candidates_.referencesOf(free, joint_);
+  sampled_error_ = -1.0;
 }
 
 /// Takes an earlier step back that the later ones have made needless.

@@ -10,6 +10,22 @@
 
 namespace amb_rotor {
 
+namespace {
+
+/// Through impacts the linear model of an effect is good for a few of its parameters' scales only: the share of a step
+/// that stays within them.
+double trustedShare(const FitSpace& space, const Eigen::VectorXd& step) {
+  constexpr double trusted_scales = 6.0;
+  double share = 1.0;
+  for (int k = space.nuisances(); k < space.size(); ++k) {
+    const double most = trusted_scales * space.coordinates()[k].scale;
+    if (std::fabs(step[k]) > most) share = std::min(share, most / std::fabs(step[k]));
+  }
+  return share;
+}
+
+}  // namespace
+
 void NormalEquations::add(const NormalEquations& other) {
   h += other.h;
   g += other.g;
@@ -140,11 +156,12 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         const double scale = space.coordinates()[k].scale;
         damped(k, k) += damping * h(k, k) + 1e-9 / (scale * scale);
       }
-      const Eigen::VectorXd step = damped.ldlt().solve(g);
+      Eigen::VectorXd step = damped.ldlt().solve(g);
       if (!step.allFinite()) {
         damping = std::max(damping * 100.0, 1e-3);
         continue;
       }
+      if (windows) step *= trustedShare(space, step);
       const Eigen::VectorXd x = space.clamped(result.x + step);
       const double expected = step.dot(g);  // about twice the drop of half chi2
       if (expected < options.tolerance * 0.1 * std::max(1.0, chi2) && expected < 0.5) {
@@ -178,7 +195,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         improved = true;
         break;
       }
-      damping = std::max(damping * 10.0, 1e-3);
+      damping = std::max(damping * 10.0, windows ? 1e-2 : 1e-3);
       if (attempt >= 3 && expected < 1.0) break;
     }
     ++result.iterations;
