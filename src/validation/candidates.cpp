@@ -210,19 +210,33 @@ std::vector<Candidates::Start> Candidates::promisingFree(const std::vector<Setti
 std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::vector<Settings>& starts,
                                                                    const std::vector<Eigen::VectorXd>& nuisances,
                                                                    const References& references) const {
-  std::vector<Start> all;
-  for (const auto& nuisance : nuisances)
-    for (const auto& start : starts) all.emplace_back(&start, &nuisance);
-  if (all.size() <= followed_starts) return all;
+  if (starts.size() * nuisances.size() <= followed_starts) {
+    std::vector<Start> all;
+    for (const auto& nuisance : nuisances)
+      for (const auto& start : starts) all.emplace_back(&start, &nuisance);
+    return all;
+  }
   // where each start stands by itself says which are worth a fit
-  std::vector<std::pair<double, std::size_t>> order(all.size());
-  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
-    const FitEffort glance = {Through::contact, 0, false, true, start_stride};
-    order[i] = {fit(*all[i].first, all[i].second, references.contact.local, glance, &references.prior).fit.chi2, i};
-  });
-  std::sort(order.begin(), order.end());
+  using Seen = std::pair<double, Start>;
+  const auto glance = [&](const std::vector<Start>& these, std::vector<Seen>& seen) {
+    const std::size_t before = seen.size();
+    seen.resize(before + these.size());
+    tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
+      const FitEffort effort = {Through::contact, 0, false, true, start_stride};
+      seen[before + i] = {fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit.chi2,
+                          these[i]};
+    });
+    std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.first < b.first; });
+  };
+  std::vector<Seen> seen;
+  std::vector<Start> these;
+  for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
+  glance(these, seen);
+  these.clear();
+  for (std::size_t n = 1; n < nuisances.size(); ++n) these.emplace_back(seen[0].second.first, &nuisances[n]);
+  glance(these, seen);
   std::vector<Start> out;
-  for (std::size_t i = 0; i < followed_starts; ++i) out.push_back(all[order[i].second]);
+  for (std::size_t i = 0; i < std::min(followed_starts, seen.size()); ++i) out.push_back(seen[i].second);
   return out;
 }
 
