@@ -1,8 +1,13 @@
 #include "amb_rotor/validation/make_dataset.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
@@ -117,29 +122,38 @@ class Bench {
  public:
   Bench(const Model& truth, const std::vector<RunPlan>& plans, const ChannelNoise& noise)
       : bare_{truth, {}}, plans_(plans), noise_(noise) {
-    for (const auto& plan : plans) {
-      free_.push_back(plan.run.holdsContact() ? Signals() : runMachine(bare_, plan, nullptr));
+    free_.resize(plans.size());
+    tbb::parallel_for(std::size_t{0}, plans.size(), [&](std::size_t i) {
+      if (!plans[i].run.holdsContact()) free_[i] = runMachine(bare_, plans[i], nullptr);
+    });
+    for (const auto& signals : free_)
       for (int c = 4; c < channels; ++c)
-        for (double i : free_.back().rows[c]) peak_current_A_ = std::max(peak_current_A_, std::fabs(i));
-    }
+        for (double i : signals.rows[c]) peak_current_A_ = std::max(peak_current_A_, std::fabs(i));
   }
   double peakCurrent() const { return peak_current_A_; }
 
   /// The machine's runs against the bare one's. Below 0: a run does not go as it should.
   double difference(const TrueMachine& machine, bool all) const {
-    double sum = 0.0;
-    int count = 0;
+    std::vector<std::size_t> which;
     for (std::size_t i = 0; i < plans_.size(); ++i) {
-      const RunPlan& plan = plans_[i];
-      if (!all && plan.run.use == RunUse::validate) continue;
-      if (!all && plan.run.holdsContact() && plan.run.kind == RunKind::drop) continue;
-      const Signals signals = runMachine(machine, plan, nullptr);
-      const bool contact = plan.run.holdsContact();
-      if (!signals.sound || (!contact && signals.reach > most_reach)) return -1.0;
-      sum += meanSquare(signals, contact ? runWindows(bare_, plan, signals.window_start) : free_[i], noise_);
-      ++count;
+      const Run& run = plans_[i].run;
+      if (all || (run.use != RunUse::validate && !(run.holdsContact() && run.kind == RunKind::drop))) which.push_back(i);
     }
-    return std::sqrt(sum / count);
+    std::vector<double> squares(which.size());
+    std::atomic<bool> sound{true};
+    tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t n) {
+      const RunPlan& plan = plans_[which[n]];
+      const bool contact = plan.run.holdsContact();
+      if (!sound) return;
+      const Signals signals = runMachine(machine, plan, nullptr);
+      if (!signals.sound || (!contact && signals.reach > most_reach)) {
+        sound = false;
+        return;
+      }
+      squares[n] = meanSquare(signals, contact ? runWindows(bare_, plan, signals.window_start) : free_[which[n]], noise_);
+    });
+    if (!sound) return -1.0;
+    return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(squares.size()));
   }
   bool bareIsSound() const {
     for (std::size_t i = 0; i < plans_.size(); ++i)
@@ -235,9 +249,15 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
 
   const ChannelNoise noise = noiseOf(instruments, noise_dice, machine);  // an effect may leave less damping
   std::filesystem::create_directories(folder + "/runs");
-  for (const auto& plan : plans) {
-    const LoopNoise loop = drawLoopNoise(dice, plan.samples, noise.loop_m);
-    const Signals signals = runMachine(machine, plan, &loop), quiet = runMachine(machine, plan, nullptr);
+  std::vector<LoopNoise> loops;
+  for (const auto& plan : plans) loops.push_back(drawLoopNoise(dice, plan.samples, noise.loop_m));
+  std::vector<std::array<Signals, 2>> runs(plans.size());  // with the noise in the loop, and without
+  tbb::parallel_for(std::size_t{0}, 2 * plans.size(), [&](std::size_t n) {
+    runs[n / 2][n % 2] = runMachine(machine, plans[n / 2], n % 2 == 0 ? &loops[n / 2] : nullptr);
+  });
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    const RunPlan& plan = plans[i];
+    const auto& [signals, quiet] = runs[i];
     if (!signals.sound || static_cast<long>(signals.angle.size()) != plan.samples) return false;
     if (!plan.run.holdsContact() && signals.touched) return false;
     const RecordedRun recorded = record(dice, signals, quiet, noise);
