@@ -7,7 +7,7 @@
 
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/fit.hpp"
-#include "start_screen.hpp"
+#include "amb_rotor/validation/start_screen.hpp"
 
 namespace amb_rotor {
 

@@ -1,4 +1,4 @@
-#include "start_screen.hpp"
+#include "amb_rotor/validation/start_screen.hpp"
 
 #include <tbb/parallel_for.h>
 
