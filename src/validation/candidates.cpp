@@ -45,6 +45,14 @@ bool isNested(const std::string& effect) {
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
 
+/// An effect's amplitudes by a share, within their limits.
+void scaleAmplitudes(EffectSetting& effect, double share) {
+  const auto& parameters = effectCatalogue().find(effect.id)->parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].role == ParameterRole::amplitude)
+      effect.values[i] = std::clamp(share * effect.values[i], parameters[i].lower, parameters[i].upper);
+}
+
 /// What the runs without contact have settled: fits to the others alone leave it there.
 std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior& prior) {
   std::vector<bool> held(space.size(), false);
@@ -180,7 +188,7 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) const {
   return out;
 }
 
-std::vector<Candidates::Start> Candidates::promisingFree(const std::vector<Settings>& starts,
+std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& starts,
                                                          const std::vector<Eigen::VectorXd>& nuisances,
                                                          const References& references) const {
   std::vector<std::size_t> order(starts.size());
@@ -197,9 +205,11 @@ std::vector<Candidates::Start> Candidates::promisingFree(const std::vector<Setti
       x.head(nuisances[0].size()) = nuisances[0];
       models.push_back(space.model(x));
     }
-    const std::vector<double> gains = references.screen->gains(models, phase, !phase);
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
-    followed = gains[order[0]] > clearly_better * gains[order[1]] ? 1 : followed_starts;
+    const auto gains = references.screen->gains(models, phase, !phase);
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
+    followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
+    for (std::size_t i = 0; i < starts.size(); ++i)
+      if (gains[i].gain > 0.0) scaleAmplitudes(starts[i].back(), gains[i].share);
   }
   std::vector<Start> out;
   for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
@@ -240,7 +250,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   return out;
 }
 
-Trial Candidates::bestOf(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
+Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                          const References& references, bool contact) const {
   const auto followed = contact ? promisingThroughContact(starts, nuisances, references)
                                 : promisingFree(starts, nuisances, references);

@@ -89,12 +89,13 @@ class Candidates {
  private:
   /// One fit to be tried: with these effects, from this nuisance.
   using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
-  std::vector<Start> promisingFree(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
+  /// Also scales the starts' amplitudes to where they do best.
+  std::vector<Start> promisingFree(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                                    const References& references) const;
   std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
                                              const std::vector<Eigen::VectorXd>& nuisances,
                                              const References& references) const;
-  Trial bestOf(const std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
+  Trial bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                const References& references, bool contact) const;
   void value(Trial& trial, const References& references) const;
 

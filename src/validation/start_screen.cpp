@@ -73,7 +73,7 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
   });
 }
 
-std::vector<double> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
+std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
   const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
   const int size = p + 1 + s;
   std::vector<Eigen::MatrixXd> grams(parts_.size(), Eigen::MatrixXd::Zero(size, size));
@@ -119,18 +119,19 @@ std::vector<double> StartScreen::gains(const std::vector<Model>& starts, bool ei
   nuisance.diagonal() += prior_weight_;
   const Eigen::LDLT<Eigen::MatrixXd> factor(nuisance);
   const Eigen::VectorXd pull = gram.col(p).head(p) + prior_pull_;
-  std::vector<double> out;
+  std::vector<StartGain> out;
   for (int k = 0; k < s; ++k) {
     const bool kept = std::all_of(finite.begin(), finite.end(), [&](const std::vector<bool>& f) { return f[k]; });
     if (!kept) {
-      out.push_back(-1.0);
+      out.emplace_back();
       continue;
     }
     const Eigen::VectorXd cross = gram.col(p + 1 + k).head(p);
     const Eigen::VectorXd moved = p > 0 ? Eigen::VectorXd(factor.solve(cross)) : cross;
     const double square = gram(p + 1 + k, p + 1 + k) - cross.dot(moved);
     const double along = gram(p, p + 1 + k) - moved.dot(pull);
-    out.push_back(square > 0.0 && (either_sign || along > 0.0) ? 0.5 * along * along / square : 0.0);
+    const bool uphill = !(square > 0.0) || (!either_sign && along <= 0.0);
+    out.push_back(uphill ? StartGain{0.0, 0.0} : StartGain{0.5 * along * along / square, along / square});
   }
   return out;
 }

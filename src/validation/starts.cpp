@@ -101,8 +101,14 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
 
   if (effect == "couple_unbalance")
     return {with({0.0, 0.0, 0.5 * span}), with({0.0, 0.0, -0.5 * span})};
-  if (effect == "shaft_bow")
-    return {with({1e-8, 1e-8, 0.0}), with({1e-8, 1e-8, 0.5 * pi})};
+  if (effect == "shaft_bow") {
+    std::vector<std::vector<double>> out;  // either end alone; half a turn on is the other sign
+    for (int k = 0; k < 4; ++k) {
+      out.push_back({1e-6, 0.0, 0.25 * pi * k});
+      out.push_back({0.0, 1e-6, 0.25 * pi * k});
+    }
+    return out;
+  }
   if (effect == "shaft_crack") {
     std::vector<std::vector<double>> out;
     for (int k = 0; k < 4; ++k) out.push_back({0.02, 0.5 * pi * k});

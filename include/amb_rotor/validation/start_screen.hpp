@@ -13,6 +13,11 @@
 
 namespace amb_rotor {
 
+struct StartGain {
+  double gain = -1.0;
+  double share = 0.0;  ///< a, by which the start would do best
+};
+
 class StartScreen {
  public:
   /// @param recordings  must outlive this
@@ -24,8 +29,8 @@ class StartScreen {
   /// @param starts        models of one structure
   /// @param either_sign   whether a < 0 is a start as well; otherwise its gain is 0
   /// @param standstill    whether runs at standstill count: not where the effect knows the shaft's angle
-  /// @return gain of each; -1: its prediction did not stay finite
-  std::vector<double> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
+  /// @return for each; a gain of -1: its prediction did not stay finite
+  std::vector<StartGain> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
 
  private:
   struct Part {
