@@ -32,6 +32,33 @@ function(amb_rotor_warnings)
   endforeach()
 endfunction()
 
+# amb_rotor_unity(TARGET MOST SOURCE...): up to MOST files of one folder are compiled as one, which reads the headers and
+# instantiates the templates once. OFF while working on one file: then only that file is compiled again.
+option(AMB_ROTOR_UNITY "compile several files as one" ON)
+function(amb_rotor_unity target most)
+  if(NOT AMB_ROTOR_UNITY)
+    return()
+  endif()
+  set(last_folder)
+  set(group 0)
+  set(count 0)
+  foreach(source IN LISTS ARGN)
+    if(source MATCHES "_(baseline|avx2|avx512)\\.cpp$")  # an instruction set each
+      set_source_files_properties("${source}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+      continue()
+    endif()
+    get_filename_component(folder "${source}" DIRECTORY)
+    if(NOT folder STREQUAL last_folder OR count EQUAL most)
+      math(EXPR group "${group} + 1")
+      set(count 0)
+      set(last_folder "${folder}")
+    endif()
+    math(EXPR count "${count} + 1")
+    set_source_files_properties("${source}" PROPERTIES UNITY_GROUP "group_${group}")
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()
+
 # amb_rotor_simd_sources(SOURCE...): files named *_avx2.cpp and *_avx512.cpp get their instruction set,
 # every other file the baseline of the machine's architecture. The code selects one at run time.
 # (GCC 12 warns of uninitialised values inside its own AVX-512 headers.)

@@ -7,6 +7,7 @@ if(module_sources)
   pybind11_add_module(amb_rotor_module MODULE NO_EXTRAS ${module_sources})
   target_link_libraries(amb_rotor_module PRIVATE amb_rotor_core)
   amb_rotor_warnings(amb_rotor_module)
+  amb_rotor_unity(amb_rotor_module 5 ${module_sources})
   set_target_properties(amb_rotor_module PROPERTIES
     OUTPUT_NAME _core
     LIBRARY_OUTPUT_DIRECTORY "${AMB_ROTOR_PYTHON_OUTPUT}")

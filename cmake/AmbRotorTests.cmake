@@ -19,7 +19,7 @@ function(amb_rotor_test_executable target)
   amb_rotor_warnings(${target})
   list(LENGTH ARGN sources)
   if(sources GREATER 6)  # a second of each file's compile time is these headers', six to precompile them
-    target_precompile_headers(${target} PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Dense>)
+    target_precompile_headers(${target} PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Core>)
   endif()
   add_dependencies(amb_rotor_tests ${target})
 endfunction()

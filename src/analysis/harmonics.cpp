@@ -1,17 +1,17 @@
 #include "amb_rotor/analysis/harmonics.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "argument.hpp"
 
 namespace amb_rotor {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double two_pi = 2.0 * M_PI;
 // Below this ratio of the smallest to the largest pivot the samples do not tell the orders apart
 // (for whole turns sampled densely the matrix is nearly a multiple of the identity, ratio near 1).
 constexpr double pivot_limit = 1e-6;
@@ -74,9 +74,9 @@ OrderAnalysis OrderAccumulator::analysis() const {
     for (int k = 0; k < size; ++k) gram(j, k) = k >= j ? moments_[k - j] : std::conj(moments_[j - k]);
   }
   const Eigen::Map<const Eigen::VectorXcd> right(right_.data(), size);
-  const Eigen::LDLT<Eigen::MatrixXcd> factor(gram);
-  const Eigen::VectorXd pivots = factor.vectorD().real();
-  if (factor.info() != Eigen::Success || !(pivots.minCoeff() > pivot_limit * pivots.maxCoeff())) {
+  const HermitianLdlt factor(gram);
+  const Eigen::VectorXd pivots = factor.pivots();
+  if (!factor.succeeded() || !(pivots.minCoeff() > pivot_limit * pivots.maxCoeff())) {
     result.reason = "the samples do not tell the orders apart (too few turns or samples a turn)";
     return result;
   }

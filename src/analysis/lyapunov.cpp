@@ -1,6 +1,5 @@
 #include "amb_rotor/analysis/lyapunov.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>

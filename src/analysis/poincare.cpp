@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/units.hpp"
 #include "argument.hpp"
 
 namespace amb_rotor {
 namespace {
-
-constexpr double two_pi = 2.0 * M_PI;
 
 struct ValueSlope {
   double value;

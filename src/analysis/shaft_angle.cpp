@@ -1,5 +1,4 @@
 // The shaft angle between tacho pulses (declared in tacho.hpp).
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 

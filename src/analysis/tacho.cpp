@@ -1,15 +1,15 @@
 #include "amb_rotor/analysis/tacho.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "argument.hpp"
 
 namespace amb_rotor {
 namespace {
 
-constexpr double two_pi = 2.0 * M_PI;
 // A period under this share of both its neighbours' that no pulse too many explains is irregular.
 constexpr double short_period_share = 0.5;
 // Neighbouring intervals above this many of the median around them lack pulses themselves.
@@ -197,7 +197,7 @@ SpeedFit fitSpeed(const TachoPulses& pulses, int turns, bool with_acceleration, 
     if (with_acceleration) design(i, 2) = s * s;
     angle(i) = two_pi * static_cast<double>(pulses.turn[i] - pulses.turn.front());
   }
-  const Eigen::VectorXd solution = design.colPivHouseholderQr().solve(angle);
+  const Eigen::VectorXd solution = leastSquares(design, angle);
   const Eigen::VectorXd residual = angle - design * solution;
   const double half_acceleration = with_acceleration ? solution(2) / (length * length) : 0.0;
   const double slope = solution(1) / length;
@@ -216,7 +216,7 @@ SpeedFit fitSpeed(const TachoPulses& pulses, int turns, bool with_acceleration, 
   if (freedom > 0.0) {
     const double least = fit.speed * edge_std;
     const double variance = std::max(residual.squaredNorm() / freedom, least * least);
-    const Eigen::MatrixXd covariance = variance * (design.transpose() * design).inverse();
+    const Eigen::MatrixXd covariance = variance * inverse(design.transpose() * design);
     fit.speed_std = std::sqrt(covariance(1, 1)) / length;
     if (with_acceleration) fit.acceleration_std = 2.0 * std::sqrt(covariance(2, 2)) / (length * length);
     fit.edge_rms = std::sqrt(residual.squaredNorm() / static_cast<double>(count)) / fit.speed;

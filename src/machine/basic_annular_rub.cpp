@@ -1,12 +1,12 @@
 #include "amb_rotor/machine/basic_annular_rub.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -72,7 +72,7 @@ std::vector<std::complex<double>> annularRubExponents(const BasicParameters<doub
   Eigen::Matrix4d companion = Eigen::Matrix4d::Zero();
   for (int i = 0; i < 4; ++i) companion(0, i) = -c[static_cast<std::size_t>(i) + 1];
   for (int i = 0; i < 3; ++i) companion(i + 1, i) = 1.0;
-  const Eigen::Vector4cd roots = companion.eigenvalues();
+  const Eigen::Vector4cd roots = generalEigenvalues(companion);
   return {roots.data(), roots.data() + 4};
 }
 

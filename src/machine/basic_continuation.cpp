@@ -1,11 +1,11 @@
 #include "amb_rotor/machine/basic_continuation.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "amb_rotor/common/check.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 
 namespace amb_rotor {
@@ -60,7 +60,7 @@ class Follower {
         if (iterations != nullptr) *iterations = i;
         return node(u, orbit, row, jacobian.topRows<4>());
       }
-      const Vector5 change = jacobian.fullPivLu().solve(-residual);
+      const Vector5 change = solveFullPivoting(jacobian, -residual);
       if (!change.allFinite() || change.norm() > 2.0) return std::nullopt;
       u += change;
     }
@@ -72,9 +72,9 @@ class Follower {
     n.u = u;
     n.monodromy = orbit.monodromy;
     // Tangent: null vector of the 4 x 5 Jacobian, in the sense of the row.
-    n.tangent = jacobian.fullPivLu().kernel().col(0).normalized();
+    n.tangent = nullVector(jacobian).normalized();
     if (n.tangent.dot(row) < 0.0) n.tangent = -n.tangent;
-    Eigen::Vector4cd eigen = orbit.monodromy.eigenvalues();
+    Eigen::Vector4cd eigen = generalEigenvalues(orbit.monodromy);
     std::sort(eigen.data(), eigen.data() + 4, [](auto a, auto b) { return std::abs(a) > std::abs(b); });
     n.point.parameter = parameter(u);
     n.point.state = timeUnits(u.head<4>(), problem_.machineAt(parameter(u)).frequency_ratio);
@@ -196,13 +196,13 @@ class Follower {
     const auto add = [&](BifurcationKind kind, const Node& node) {
       Bifurcation found{kind, node.point, {}};
       if (kind == BifurcationKind::flip) {
-        const Eigen::EigenSolver<Eigen::Matrix4d> solver(node.monodromy);
+        const GeneralEigen eigen = generalEigen(node.monodromy);
         int at = 0;
         for (int i = 1; i < 4; ++i) {
-          if (std::abs(solver.eigenvalues()[i] + 1.0) < std::abs(solver.eigenvalues()[at] + 1.0)) at = i;
+          if (std::abs(eigen.values[i] + 1.0) < std::abs(eigen.values[at] + 1.0)) at = i;
         }
         for (int i = 0; i < 4; ++i)
-          found.direction[static_cast<std::size_t>(i)] = solver.eigenvectors()(i, at).real();
+          found.direction[static_cast<std::size_t>(i)] = eigen.vectors(i, at).real();
       }
       branch.bifurcations.push_back(found);
     };

@@ -1,8 +1,8 @@
 #include "amb_rotor/machine/basic_harmonic_balance.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "basic_laws.hpp"
 
@@ -101,7 +101,7 @@ void solve(const BasicCoefficients<double>& c, const Basis& basis, const Harmoni
       }
       jacobian.block(row * size, row * size, size, size).diagonal() += basis.second;
     }
-    const VectorXd change = jacobian.partialPivLu().solve(-residual);
+    const VectorXd change = solveLu(jacobian, VectorXd(-residual));
     if (!change.allFinite()) return;
     double share = 1.0;
     bool better = false;

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <Eigen/LU>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 
 namespace amb_rotor {
@@ -51,7 +51,7 @@ Complex translationGain(const ControllerMatrices& m, int a, Complex z) {
   const double direct = m.d(a, a % 2) + m.d(a, 2 + a % 2);
   if (n == 0) return -direct;
   const Eigen::MatrixXcd resolvent = z * Eigen::MatrixXcd::Identity(n, n) - m.a.cast<Complex>();
-  const Eigen::VectorXcd states = resolvent.partialPivLu().solve(in.cast<Complex>());
+  const Eigen::VectorXcd states = solveLu(resolvent, Eigen::VectorXcd(in.cast<Complex>()));
   return -(m.c.row(a).cast<Complex>() * states)(0) - direct;
 }
 

@@ -20,6 +20,11 @@ std::string controlText(const Model& model);
 std::string signalChainText(const Model& model);
 std::string coilText(const Model& model);
 
+/// "name: value", as in every block of a model file.
+inline std::string pairText(const char* name, double value) {
+  return std::string(name) + ": " + numberText(value);
+}
+
 void checkOptions(const Model& model, bool skip_unreadable, std::vector<Fault>& faults);
 
 }  // namespace amb_rotor

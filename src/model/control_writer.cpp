@@ -3,8 +3,6 @@
 namespace amb_rotor {
 namespace {
 
-std::string pairText(const char* name, double value) { return std::string(name) + ": " + numberText(value); }
-
 std::string matrixText(const std::string& head, const char* name, const std::vector<double>& values, int columns) {
   std::string text = head + name + ": [";
   for (std::size_t i = 0; i < values.size(); ++i) {

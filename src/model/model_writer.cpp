@@ -14,8 +14,6 @@
 namespace amb_rotor {
 namespace {
 
-std::string pairText(const char* name, double value) { return std::string(name) + ": " + numberText(value); }
-
 std::string planeText(const char* name, const double (&z)[2]) {
   return std::string("    ") + name + ": {" + pairText("a", z[0]) + ", " + pairText("b", z[1]) + "}\n";
 }

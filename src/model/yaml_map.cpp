@@ -6,7 +6,7 @@
 namespace amb_rotor {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double missing_number = std::numeric_limits<double>::quiet_NaN();
 
 std::string listed(const std::vector<std::string>& words) {
   std::string text;
@@ -72,12 +72,12 @@ double YamlMap::numberOf(const YamlNode& node, const std::string& path) {
   }
   const std::string quotes = node.kind == YamlNode::Kind::scalar && !node.plain ? "\"" : "";
   faults_->add(node.line, path, quotes + kindText(node) + quotes, "must be a finite number");
-  return not_a_number;
+  return missing_number;
 }
 
 double YamlMap::number(const std::string& key) {
   const YamlNode* value = take(key, true);
-  return value != nullptr ? numberOf(*value, pathOf(key)) : not_a_number;
+  return value != nullptr ? numberOf(*value, pathOf(key)) : missing_number;
 }
 
 std::optional<double> YamlMap::optionalNumber(const std::string& key) {

@@ -1,7 +1,3 @@
-#include "amb_rotor/ros/analysis_node.hpp"
+#include "amb_rotor/ros/node_programs.hpp"
 
-#include "amb_rotor/ros/node_setup.hpp"
-
-int main(int argc, char** argv) {
-  return amb_rotor::runNode<amb_rotor::AnalysisNode>(argc, argv, "analysis");
-}
+int main(int argc, char** argv) { return amb_rotor::runAnalysisNode(argc, argv); }

@@ -1,6 +1,3 @@
-#include "amb_rotor/ros/node_setup.hpp"
-#include "amb_rotor/ros/partner_nodes.hpp"
+#include "amb_rotor/ros/node_programs.hpp"
 
-int main(int argc, char** argv) {
-  return amb_rotor::runNode<amb_rotor::AuxiliaryBearing>(argc, argv, "auxiliary_bearing");
-}
+int main(int argc, char** argv) { return amb_rotor::runAuxiliaryBearing(argc, argv); }

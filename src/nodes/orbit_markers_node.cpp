@@ -1,6 +1,3 @@
-#include "amb_rotor/ros/node_setup.hpp"
-#include "amb_rotor/ros/orbit_markers.hpp"
+#include "amb_rotor/ros/node_programs.hpp"
 
-int main(int argc, char** argv) {
-  return amb_rotor::runNode<amb_rotor::OrbitMarkers>(argc, argv, "orbit_markers");
-}
+int main(int argc, char** argv) { return amb_rotor::runOrbitMarkers(argc, argv); }

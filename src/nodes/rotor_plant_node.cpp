@@ -1,6 +1,3 @@
-#include "amb_rotor/ros/node_setup.hpp"
-#include "amb_rotor/ros/rotor_plant.hpp"
+#include "amb_rotor/ros/node_programs.hpp"
 
-int main(int argc, char** argv) {
-  return amb_rotor::runNode<amb_rotor::RotorPlant>(argc, argv, "rotor_plant");
-}
+int main(int argc, char** argv) { return amb_rotor::runRotorPlant(argc, argv); }

@@ -1,4 +1,3 @@
-#include "amb_rotor/ros/node_setup.hpp"
-#include "amb_rotor/ros/validator.hpp"
+#include "amb_rotor/ros/node_programs.hpp"
 
-int main(int argc, char** argv) { return amb_rotor::runNode<amb_rotor::Validator>(argc, argv, "validator"); }
+int main(int argc, char** argv) { return amb_rotor::runValidator(argc, argv); }

@@ -1,7 +1,7 @@
 // amb_rotor._core: reduction of a flexible rotor on its bearings.
-#include <Eigen/SVD>
 #include <filesystem>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/rotor/balanced_truncation.hpp"
 #include "amb_rotor/rotor/rotor_geometry.hpp"
@@ -33,7 +33,7 @@ Responses responses(const StateSpace& full, const StateSpace* reduced,
     if (reduced == nullptr) continue;
     const Eigen::MatrixXcd after = reduced->transfer(s);
     append(after, out.after);
-    out.error.push_back((before - after).jacobiSvd().singularValues()[0]);
+    out.error.push_back(spectralNorm(before - after));
   }
   return out;
 }

@@ -13,7 +13,7 @@ namespace {
 
 using visualization_msgs::Marker;
 
-constexpr double diagnostics_period_s = 0.5;  // of the wall
+constexpr double validator_diagnostics_period_s = 0.5;  // of the wall
 constexpr const char* channels[predicted_channels] = {"displacement ax", "displacement ay", "displacement bx",
                                                       "displacement by", "current ax",      "current ay",
                                                       "current bx",      "current by"};
@@ -71,7 +71,7 @@ Validator::Validator(const ros::NodeHandle& nodes, const ros::NodeHandle& own)
   const unsigned queue = static_cast<unsigned>(std::max(integerOr(own, "queue", 0), 0));
   updater_.setHardwareID(model_.name);
   updater_.add("model against rig", this, &Validator::diagnose);
-  timer_ = nodes_.createWallTimer(ros::WallDuration(diagnostics_period_s),
+  timer_ = nodes_.createWallTimer(ros::WallDuration(validator_diagnostics_period_s),
                                   [this](const ros::WallTimerEvent&) { updater_.force_update(); });
   marker_publisher_ = nodes_.advertise<visualization_msgs::MarkerArray>("validator/markers", 1, true);
   residual_publisher_ = nodes_.advertise<ModelResidual>("validator/residual", keep_all);

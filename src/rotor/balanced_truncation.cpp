@@ -1,12 +1,10 @@
 #include "amb_rotor/rotor/balanced_truncation.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 #include <string>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -15,25 +13,21 @@ using Complex = std::complex<double>;
 
 /// L with L L^T = P for a P that is positive but for round-off.
 Eigen::MatrixXd squareRoot(const Eigen::MatrixXd& gramian) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (gramian + gramian.transpose()));
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const SymmetricEigen eigen = symmetricEigen(0.5 * (gramian + gramian.transpose()));
+  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
-
-// The products are square: no preconditioner is needed, and Jacobi keeps small singular values accurate.
-using Svd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
 
 struct Roots {
   Eigen::MatrixXd controllable;
   Eigen::MatrixXd observable;
-  Svd product;
+  SingularValues product;
 };
 
 Roots rootsOf(const StateSpace& system) {
   Roots roots;
   roots.controllable = squareRoot(solveLyapunov(system.a, system.b * system.b.transpose()));
   roots.observable = squareRoot(solveLyapunov(system.a.transpose(), system.c.transpose() * system.c));
-  roots.product.compute(roots.observable.transpose() * roots.controllable,
-                        Eigen::ComputeFullU | Eigen::ComputeFullV);
+  roots.product = squareSvd(roots.observable.transpose() * roots.controllable);
   return roots;
 }
 
@@ -42,7 +36,7 @@ Roots rootsOf(const StateSpace& system) {
 Eigen::MatrixXcd StateSpace::transfer(Complex s) const {
   Eigen::MatrixXcd resolvent = -a.cast<Complex>();
   resolvent.diagonal().array() += s;
-  return c.cast<Complex>() * resolvent.partialPivLu().solve(b.cast<Complex>());
+  return c.cast<Complex>() * solveLuColumns(resolvent, b.cast<Complex>());
 }
 
 StateSpace rotorStateSpace(const ReducedRotor& rotor, const std::vector<RotorSupport>& supports, double speed,
@@ -72,9 +66,9 @@ StateSpace rotorStateSpace(const ReducedRotor& rotor, const std::vector<RotorSup
 
 Eigen::MatrixXd solveLyapunov(const Eigen::MatrixXd& a, const Eigen::MatrixXd& r) {
   const Eigen::Index n = a.rows();
-  const Eigen::ComplexSchur<Eigen::MatrixXd> schur(a);
-  const Eigen::MatrixXcd& t = schur.matrixT();
-  const Eigen::MatrixXcd& u = schur.matrixU();
+  const SchurForm schur = complexSchur(a);
+  const Eigen::MatrixXcd& t = schur.t;
+  const Eigen::MatrixXcd& u = schur.u;
   const double slowest = t.diagonal().real().maxCoeff();
   if (!(slowest < 0.0)) {
     throw InputError({{"", 0, "eigenvalue real part", std::to_string(slowest),
@@ -93,7 +87,7 @@ Eigen::MatrixXd solveLyapunov(const Eigen::MatrixXd& a, const Eigen::MatrixXd& r
 }
 
 Eigen::VectorXd hankelSingularValues(const StateSpace& system) {
-  return rootsOf(system).product.singularValues();
+  return rootsOf(system).product.sigma;
 }
 
 BalancedSystem balancedTruncation(const StateSpace& system, int order) {
@@ -103,15 +97,15 @@ BalancedSystem balancedTruncation(const StateSpace& system, int order) {
   }
   const Roots roots = rootsOf(system);
   BalancedSystem result;
-  result.hankel = roots.product.singularValues();
+  result.hankel = roots.product.sigma;
   if (!(result.hankel(order - 1) > 0.0)) {
     throw InputError({{"", 0, "order", std::to_string(order), "not above the order of a minimal system"}});
   }
   const Eigen::VectorXd weight = result.hankel.head(order).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd right =
-      roots.controllable * roots.product.matrixV().leftCols(order) * weight.asDiagonal();
+      roots.controllable * roots.product.v.leftCols(order) * weight.asDiagonal();
   const Eigen::MatrixXd left =
-      roots.observable * roots.product.matrixU().leftCols(order) * weight.asDiagonal();
+      roots.observable * roots.product.u.leftCols(order) * weight.asDiagonal();
   result.system.a = left.transpose() * system.a * right;
   result.system.b = left.transpose() * system.b;
   result.system.c = system.c * right;

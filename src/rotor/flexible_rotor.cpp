@@ -1,12 +1,11 @@
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -93,16 +92,11 @@ std::vector<ShaftElement> elementsOf(const RotorGeometry& geometry) {
 
 /// Orthonormal columns that span what the rows of constraints leave free.
 Eigen::MatrixXd nullSpace(const Eigen::MatrixXd& constraints) {
-  const Eigen::Index count = constraints.rows();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(constraints.transpose());
-  const Eigen::MatrixXd q = qr.householderQ();
-  return q.rightCols(constraints.cols() - count);
+  return orthogonalComplement(constraints.transpose());
 }
 
 Eigen::VectorXd frequenciesOf(const Eigen::MatrixXd& stiffness, const Eigen::MatrixXd& mass) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass,
-                                                                         Eigen::EigenvaluesOnly);
-  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return generalizedSymmetricEigenvalues(stiffness, mass).cwiseMax(0.0).cwiseSqrt();
 }
 
 }  // namespace
@@ -216,12 +210,12 @@ FreeModes freeModes(const FlexibleRotor& rotor) {
   const Eigen::MatrixXd basis = nullSpace((rotor.mass() * rigid).transpose());
   const Eigen::MatrixXd stiffness = basis.transpose() * rotor.stiffness() * basis;
   const Eigen::MatrixXd mass = basis.transpose() * rotor.mass() * basis;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass);
+  const SymmetricEigen eigen = generalizedSymmetricEigen(stiffness, mass);
   FreeModes modes;
   modes.frequency = Eigen::VectorXd::Zero(rotor.freedoms());
-  modes.frequency.tail(rotor.freedoms() - 2) = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  modes.frequency.tail(rotor.freedoms() - 2) = eigen.values.cwiseMax(0.0).cwiseSqrt();
   modes.vectors.resize(rotor.freedoms(), rotor.freedoms());
-  modes.vectors << rigid, basis * solver.eigenvectors();
+  modes.vectors << rigid, basis * eigen.vectors;
   return modes;
 }
 

@@ -1,11 +1,11 @@
 #include "amb_rotor/rotor/reduction.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -58,7 +58,7 @@ Eigen::MatrixXd constraintShapes(const Eigen::MatrixXd& stiffness, const Eigen::
   system.bottomLeftCorner(p, n) = constraints;
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n + p, p);
   right.bottomRows(p).setIdentity();
-  return system.fullPivLu().solve(right).topRows(n);
+  return solveFullPivotingColumns(system, right).topRows(n);
 }
 
 }  // namespace
@@ -89,17 +89,15 @@ ReducedRotor reduceCraigBampton(const FlexibleRotor& rotor, const std::vector<do
   for (Eigen::Index i = 0; i < p; ++i) {
     constraints.row(i) = rotor.grid().displacementShape(planes[i]).transpose();
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(constraints.transpose());
-  const Eigen::MatrixXd q = qr.householderQ();
-  const Eigen::MatrixXd held = q.rightCols(n - p);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> inner(
+  const Eigen::MatrixXd held = orthogonalComplement(constraints.transpose());
+  const SymmetricEigen inner = generalizedSymmetricEigen(
       held.transpose() * rotor.stiffness() * held, held.transpose() * rotor.mass() * held);
 
   // The static shapes span the rigid motions, which are put in exactly instead.
   const Eigen::MatrixXd rigid = rotor.rigidModes();
   Eigen::MatrixXd others(n, p + held_modes);
   others << constraintShapes(rotor.stiffness(), constraints),
-      held * inner.eigenvectors().leftCols(held_modes);
+      held * inner.vectors.leftCols(held_modes);
   // Columns of one length before the rigid part is taken out: what is rigid then leaves round-off, not a
   // column.
   const Eigen::VectorXd lengths = (others.transpose() * rotor.mass() * others).diagonal().cwiseSqrt();
@@ -107,17 +105,17 @@ ReducedRotor reduceCraigBampton(const FlexibleRotor& rotor, const std::vector<do
   others -= rigid * (rigid.transpose() * rotor.mass() * others);
   // The rest has rank p + held_modes - 2; an M-orthonormal basis of it comes from its Gram matrix.
   const Eigen::MatrixXd gram = others.transpose() * rotor.mass() * others;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> rank(gram);
+  const SymmetricEigen rank = symmetricEigen(gram);
   const Eigen::Index bending = p + held_modes - 2;
-  const Eigen::MatrixXd basis = others * rank.eigenvectors().rightCols(bending) *
-                                rank.eigenvalues().tail(bending).cwiseSqrt().cwiseInverse().asDiagonal();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> diagonal(
+  const Eigen::MatrixXd basis = others * rank.vectors.rightCols(bending) *
+                                rank.values.tail(bending).cwiseSqrt().cwiseInverse().asDiagonal();
+  const SymmetricEigen diagonal = generalizedSymmetricEigen(
       basis.transpose() * rotor.stiffness() * basis, basis.transpose() * rotor.mass() * basis);
 
   Eigen::MatrixXd vectors(n, bending + 2);
-  vectors << rigid, basis * diagonal.eigenvectors();
+  vectors << rigid, basis * diagonal.vectors;
   Eigen::VectorXd frequency = Eigen::VectorXd::Zero(bending + 2);
-  frequency.tail(bending) = diagonal.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  frequency.tail(bending) = diagonal.values.cwiseMax(0.0).cwiseSqrt();
   return rotorOf(rotor, vectors, frequency);
 }
 

@@ -111,7 +111,7 @@ class Reader {
   std::set<std::string> unreadable_;
 };
 
-std::string item(const char* list, std::size_t i) {
+std::string entryOf(const char* list, std::size_t i) {
   return std::string(list) + "[" + std::to_string(i) + "]";
 }
 
@@ -164,7 +164,7 @@ void readSections(Reader& reader, const YAML::Node& node, const std::map<std::st
   if (node) reader.note("sections", node);
   const std::vector<YAML::Node> items = reader.list("sections", node);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string key = item("sections", i);
+    const std::string key = entryOf("sections", i);
     ShaftSection section;
     if (reader.map(key, items[i], {"length_m", "outer_diameter_m", "material"},
                    {"outer_diameter_end_m", "inner_diameter_m", "inner_diameter_end_m", "shear_factor"})) {
@@ -186,7 +186,7 @@ void readRings(Reader& reader, const YAML::Node& node, const std::map<std::strin
                RotorGeometry& geometry) {
   const std::vector<YAML::Node> items = reader.list("rings", node);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string key = item("rings", i);
+    const std::string key = entryOf("rings", i);
     ShrunkRing ring;
     if (reader.map(key, items[i], {"from_m", "to_m", "inner_diameter_m", "outer_diameter_m", "material"},
                    {})) {
@@ -203,7 +203,7 @@ void readRings(Reader& reader, const YAML::Node& node, const std::map<std::strin
 void readDiscs(Reader& reader, const YAML::Node& node, RotorGeometry& geometry) {
   const std::vector<YAML::Node> items = reader.list("discs", node);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string key = item("discs", i);
+    const std::string key = entryOf("discs", i);
     Disc disc;
     if (reader.map(key, items[i], {"at_m", "mass_kg", "polar_inertia_kg_m2", "transverse_inertia_kg_m2"},
                    {})) {
@@ -226,7 +226,7 @@ void readDamping(Reader& reader, const YAML::Node& node, ShaftDamping& damping) 
   damping.stiffness_proportional = reader.number("damping", node, "stiffness_proportional_s", 0.0);
   const std::vector<YAML::Node> ratios = reader.list("damping.modal_ratios", node["modal_ratios"]);
   for (std::size_t i = 0; i < ratios.size(); ++i) {
-    damping.modal_ratios.push_back(reader.number(item("damping.modal_ratios", i), ratios[i]));
+    damping.modal_ratios.push_back(reader.number(entryOf("damping.modal_ratios", i), ratios[i]));
   }
 }
 

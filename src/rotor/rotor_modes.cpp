@@ -1,11 +1,11 @@
 #include "amb_rotor/rotor/rotor_modes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -35,11 +35,11 @@ void addModes(const Eigen::MatrixXd& damping, const Eigen::MatrixXd& stiffness, 
               RotorModes& modes) {
   const ScaledState state = scaledState(damping, stiffness);
   const Eigen::Index n = state.scale.size();
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(state.a);
-  AMB_ROTOR_CHECK(solver.info() == Eigen::Success, "eigenvalues of the rotor did not converge");
+  const GeneralEigen eigen = generalEigen(state.a);
+  AMB_ROTOR_CHECK(eigen.converged, "eigenvalues of the rotor did not converge");
   const double zero = kZeroRoot * state.scale.maxCoeff();
   for (Eigen::Index i = 0; i < 2 * n; ++i) {
-    const Complex lambda = solver.eigenvalues()(i);
+    const Complex lambda = eigen.values(i);
     if (std::abs(lambda) < zero) {
       modes.real.push_back(0.0);
       continue;
@@ -55,7 +55,7 @@ void addModes(const Eigen::MatrixXd& damping, const Eigen::MatrixXd& stiffness, 
     mode.damped_frequency = lambda.imag();
     mode.damping_ratio = -lambda.real() / std::abs(lambda);
     const Eigen::VectorXcd amplitudes =
-        (solver.eigenvectors().col(i).head(n).array() / state.scale.array().cast<Complex>()).matrix();
+        (eigen.vectors.col(i).head(n).array() / state.scale.array().cast<Complex>()).matrix();
     const Eigen::VectorXcd nothing = Eigen::VectorXcd::Zero(n);
     mode.x = plane == Plane::both ? Eigen::VectorXcd(amplitudes.head(n / 2))
                                   : (plane == Plane::x ? amplitudes : nothing);
@@ -157,8 +157,8 @@ std::vector<CriticalSpeed> criticalSpeeds(const ReducedRotor& rotor,
   const SupportedMatrices matrices = supportedMatrices(rotor, supports, 0.0);
   const Eigen::MatrixXd& stiffness = matrices.stiffness;
   const bool symmetric = (stiffness - stiffness.transpose()).norm() <= 1e-12 * stiffness.norm();
-  const Eigen::LLT<Eigen::MatrixXd> factor(stiffness);
-  if (!symmetric || factor.info() != Eigen::Success) {
+  const std::optional<Eigen::MatrixXd> factor = choleskyFactor(stiffness);
+  if (!symmetric || !factor) {
     throw InputError({{"", 0, "supports", std::to_string(supports.size()),
                        "symmetric springs that hold the rotor against shift and tilt"}});
   }
@@ -166,16 +166,16 @@ std::vector<CriticalSpeed> criticalSpeeds(const ReducedRotor& rotor,
   const int n = rotor.modes;
   Eigen::MatrixXcd inertia =
       Eigen::MatrixXcd::Identity(2 * n, 2 * n) - Complex(0.0, 1.0) * gyroscopicBlock(rotor).cast<Complex>();
-  const Eigen::MatrixXcd lower = Eigen::MatrixXd(factor.matrixL()).cast<Complex>();
+  const Eigen::MatrixXcd lower = factor->cast<Complex>();
   lower.triangularView<Eigen::Lower>().solveInPlace(inertia);
   inertia.adjointInPlace();
   lower.triangularView<Eigen::Lower>().solveInPlace(inertia);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> solver(0.5 * (inertia + inertia.adjoint()));
-  const Eigen::MatrixXcd shapes = lower.adjoint().triangularView<Eigen::Upper>().solve(solver.eigenvectors());
+  const HermitianEigen eigen = hermitianEigen(0.5 * (inertia + inertia.adjoint()));
+  const Eigen::MatrixXcd shapes = lower.adjoint().triangularView<Eigen::Upper>().solve(eigen.vectors);
   std::vector<CriticalSpeed> speeds;
-  const double largest = solver.eigenvalues().cwiseAbs().maxCoeff();
+  const double largest = eigen.values.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 2 * n; i-- > 0;) {
-    const double inverse_square = solver.eigenvalues()(i);
+    const double inverse_square = eigen.values(i);
     // Forward modes of a body with Ip > It have none: negative. What is round-off of zero is at infinity.
     if (inverse_square <= 1e-14 * largest) continue;
     const double measure = whirlMeasure(shapes.col(i).head(n), shapes.col(i).tail(n));
@@ -197,7 +197,7 @@ Eigen::Matrix2cd receptance(const ReducedRotor& rotor, const std::vector<RotorSu
     in.block(plane * n, plane, n, 1) = rotor.shape(z_in).cast<Complex>();
     out.block(plane * n, plane, n, 1) = rotor.shape(z_out).cast<Complex>();
   }
-  return out.transpose() * dynamic.partialPivLu().solve(in);
+  return out.transpose() * solveLuColumns(dynamic, in);
 }
 
 }  // namespace amb_rotor

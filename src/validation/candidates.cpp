@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/starts.hpp"
 
@@ -59,7 +60,7 @@ std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior
   const int n = space.nuisances();
   Eigen::MatrixXd h = prior.h;
   for (int k = 0; k < n; ++k) h(k, k) += 1.0 / std::pow(space.coordinates()[k].prior_std, 2);
-  const Eigen::MatrixXd covariance = h.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd covariance = Ldlt(h).solveColumns(Eigen::MatrixXd::Identity(n, n));
   for (int k = 0; k < n; ++k) held[k] = std::sqrt(covariance(k, k)) < settled_share * space.coordinates()[k].prior_std;
   for (const auto& effect : space.fitted()) {
     if (needsContact(effect.id)) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 
@@ -156,7 +157,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         const double scale = space.coordinates()[k].scale;
         damped(k, k) += damping * h(k, k) + 1e-9 / (scale * scale);
       }
-      Eigen::VectorXd step = damped.ldlt().solve(g);
+      Eigen::VectorXd step = Ldlt(damped).solve(g);
       if (!step.allFinite()) {
         damping = std::max(damping * 100.0, 1e-3);
         continue;
@@ -209,7 +210,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   h.diagonal() += prior_weight;
   if (q > 0) h.topLeftCorner(q, q) += extra->h;
   for (int k = 0; k < p; ++k) h(k, k) += 1e-9 / std::pow(space.coordinates()[k].scale, 2);
-  const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
+  const Eigen::MatrixXd inverse = Ldlt(h).solveColumns(Eigen::MatrixXd::Identity(p, p));
   if (options.scores) {
     // sandwich: the noise is coloured (part of it went round the loop), so blocks of time count, not samples
     Eigen::MatrixXd middle = now.scores;

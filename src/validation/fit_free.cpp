@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/stretches.hpp"
@@ -156,9 +157,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   if (local_size > 0) {
     Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
     if (la) own(0, 0) += 1e-6;
-    const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+    const Ldlt factor(own);
     solved = factor.solve(right.tail(local_size));
-    cross = factor.solve(gram.bottomLeftCorner(local_size, g));
+    cross = factor.solveColumns(gram.bottomLeftCorner(local_size, g));
     normal.h(moved, moved) =
         gram.topLeftCorner(g, g) - gram.topRightCorner(g, local_size) * cross;
     normal.g(moved) = right.head(g) - gram.topRightCorner(g, local_size) * solved;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
@@ -229,7 +230,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
         own(k, k) += 1.0 / (prior * prior);
         right[k] += (valueOf(guess, k) - valueOf(at, k)) / (prior * prior);
       }
-      const Eigen::VectorXd solved = own.ldlt().solve(right);
+      const Eigen::VectorXd solved = Ldlt(own).solve(right);
       return solved.allFinite() ? std::max(0.0, right.dot(solved)) : 1e300;
     };
     if (follow && !fresh && local.window_response[number].size() != 0) {
@@ -268,7 +269,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
           own(k, k) = own(k, k) * (1.0 + damping) + 1.0 / (prior * prior);
           right[k] += (valueOf(guess, k) - valueOf(best, k)) / (prior * prior);
         }
-        const Eigen::VectorXd step = own.ldlt().solve(right);
+        const Eigen::VectorXd step = Ldlt(own).solve(right);
         if (!step.allFinite()) break;
         start = moved(best, step);
       }
@@ -325,14 +326,15 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       own(k, k) += 1.0 / (prior * prior);
       own_b[k] += (valueOf(guess, k) - valueOf(start, k)) / (prior * prior);
     }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+    const Ldlt factor(own);
+    const Eigen::VectorXd pivots = factor.pivots();
     for (int k = 0; k < w; ++k)
-      occam += std::log(std::max(factor.vectorD()[k], 1e-300)) +
+      occam += std::log(std::max(pivots[k], 1e-300)) +
                2.0 * std::log(scaleOf(k, prior_of_start));
     const Eigen::VectorXd solved = factor.solve(own_b);
     if (g > 0) {
       Eigen::MatrixXd response = Eigen::MatrixXd::Zero(w, p);
-      response(Eigen::all, moved_coordinates) = -factor.solve(between.topRows(g).transpose());
+      response(Eigen::all, moved_coordinates) = -factor.solveColumns(between.topRows(g).transpose());
       for (const int k : moved_coordinates)
         if (x[k] + steps_[k] > space_.coordinates()[k].upper) response.col(k) *= -1.0;  // was stepped downwards
       local.window_response[number] = std::move(response);
@@ -344,7 +346,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     // logarithm
     const double excess = std::max(0.0, left / residuals - 1.0);
     const double weight = 1.0 / (1.0 + excess / robust_excess);
-    run_h += weight * (outer - between * factor.solve(between.transpose()));
+    run_h += weight * (outer - between * factor.solveColumns(between.transpose()));
     const Eigen::VectorXd reduced = weight * (outer_b - between * solved);
     run_g += reduced;
     if (g > 0) scores.col(static_cast<long>(number)) = reduced.head(g);
@@ -371,10 +373,10 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       own(k, k) += 1.0 / (offset_std_ * offset_std_);
       own_b[k] -= (k < 4 ? local.offset_m[k] : local.drift_m[k - 4]) / (offset_std_ * offset_std_);
     }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+    const Ldlt factor(own);
     const Eigen::VectorXd solved = factor.solve(own_b);
     const Eigen::MatrixXd between = run_h.topRightCorner(g, r);
-    normal.h(moved_coordinates, moved_coordinates) = run_h.topLeftCorner(g, g) - between * factor.solve(between.transpose());
+    normal.h(moved_coordinates, moved_coordinates) = run_h.topLeftCorner(g, g) - between * factor.solveColumns(between.transpose());
     normal.g(moved_coordinates) = run_g.head(g) - between * solved;
     chi2 -= std::min(std::max(0.0, own_b.dot(solved)), 0.5 * chi2);
     for (int a = 0; a < 4; ++a) {

@@ -61,7 +61,7 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
     secret.strengths.push_back(options.strength > 0.0 ? options.strength : dice.logUniform(2.0, 20.0));
   }
   secret.contact = options.contact || (options.effects.empty() && dice.chance(0.3));
-  for (const auto& id : secret.effects) secret.contact = secret.contact || needsContact(id);
+  for (const auto& id : secret.effects) secret.contact = secret.contact || actsInContact(id);
   return secret;
 }
 

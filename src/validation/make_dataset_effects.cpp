@@ -102,7 +102,7 @@ std::vector<std::string> lawDependsOn(Law law) {
   return law == Law::none ? std::vector<std::string>{} : std::vector<std::string>{"position"};
 }
 
-bool needsContact(const std::string& effect) {
+bool actsInContact(const std::string& effect) {
   const EffectSchema* schema = effectCatalogue().find(effect);
   return schema != nullptr && schema->needs_contact;
 }
@@ -124,7 +124,7 @@ EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& tru
   const double net = netStiffness(truth);
   const double arm = rig.planes.amb[1];
   const auto made = [&]() -> std::vector<double> {
-    if (needsContact(id)) return contactValues(draw, size, truth);
+    if (actsInContact(id)) return contactValues(draw, size, truth);
     if (id == "couple_unbalance" || id == "shaft_bow" || id == "shaft_crack" || id == "sensor_runout")
       return rotatingValues(draw, size, truth);
     if (id == "magnetic_nonlinearity" || id == "magnetic_saturation" || id == "current_saturation" ||

@@ -14,7 +14,7 @@
 namespace amb_rotor {
 namespace {
 
-constexpr int axes = 4;
+constexpr int axis_count = 4;
 constexpr double averaged_s = 1e-3, warm_up_s = 0.02;
 constexpr double clear = 0.9, unlike = 0.5;     // correlations
 constexpr double unit_factor = 3.0;
@@ -99,33 +99,33 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
   const long skip = std::lround(warm_up_s * rec.run.sample_rate_hz) + width;
   if (count < 4 * skip) return remarks;
 
-  std::array<std::vector<double>, axes> computed, measured;
-  std::array<double, axes> computed_square{}, measured_square{};
+  std::array<std::vector<double>, axis_count> computed, measured;
+  std::array<double, axis_count> computed_square{}, measured_square{};
   const auto squareOf = [](const std::vector<double>& v) {
     double sum = 0.0;
     for (double x : v) sum += x * x;
     return sum;
   };
-  for (int a = 0; a < axes; ++a) {
+  for (int a = 0; a < axis_count; ++a) {
     computed[a] = smooth(computedCurrent(rec, belief, a, count), width, skip);
     measured[a] = smooth(measuredCurrent(rec, belief, a, count), width, skip);
     computed_square[a] = squareOf(computed[a]);
     measured_square[a] = squareOf(measured[a]);
   }
-  double r[axes][axes], gain[axes][axes];
-  for (int d = 0; d < axes; ++d)
-    for (int m = 0; m < axes; ++m) {
+  double r[axis_count][axis_count], gain[axis_count][axis_count];
+  for (int d = 0; d < axis_count; ++d)
+    for (int m = 0; m < axis_count; ++m) {
       double product = 0.0;
       for (std::size_t i = 0; i < computed[d].size(); ++i) product += computed[d][i] * measured[m][i];
       r[d][m] = product / std::max(std::sqrt(computed_square[d] * measured_square[m]), 1e-300);
       gain[d][m] = product / std::max(computed_square[d], 1e-300);
     }
-  std::array<int, axes> other{};
-  for (int d = 0; d < axes; ++d) {
+  std::array<int, axis_count> other{};
+  for (int d = 0; d < axis_count; ++d) {
     other[d] = d;
     if (r[d][d] > unlike || r[d][d] < -clear) continue;
     double best = clear;
-    for (int m = 0; m < axes; ++m) {
+    for (int m = 0; m < axis_count; ++m) {
       const double value = r[d][m] + (m / 2 == d / 2 ? same_end_bonus : 0.0);
       if (m != d && r[d][m] > clear && value > best) {
         best = value;
@@ -133,7 +133,7 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
       }
     }
   }
-  for (int d = 0; d < axes; ++d) {
+  for (int d = 0; d < axis_count; ++d) {
     const std::string own = columnOf(dataset, ChannelMeaning::displacement, d);
     if (other[d] != d) {
       const int m = other[d];

@@ -2,10 +2,11 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
@@ -109,7 +110,7 @@ std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool
       if (offset_std_ > 0.0 && c < 4) {
         Eigen::Matrix2d own = small.bottomRightCorner<2, 2>();
         own.diagonal().array() += 1.0 / (offset_std_ * offset_std_);
-        grams[n] -= small.topRightCorner(size, 2) * own.ldlt().solve(small.bottomLeftCorner(2, size));
+        grams[n] -= small.topRightCorner(size, 2) * own.inverse() * small.bottomLeftCorner(2, size);
       }
     }
   });
@@ -117,7 +118,7 @@ std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool
   for (const auto& part : grams) gram += part;
   Eigen::MatrixXd nuisance = gram.topLeftCorner(p, p);
   nuisance.diagonal() += prior_weight_;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(nuisance);
+  const Ldlt factor(nuisance);
   const Eigen::VectorXd pull = gram.col(p).head(p) + prior_pull_;
   std::vector<StartGain> out;
   for (int k = 0; k < s; ++k) {

@@ -1,6 +1,6 @@
 #include "amb_rotor/validation/stretches.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 
 namespace amb_rotor {
@@ -26,10 +27,10 @@ double dropOf(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vec
     own(i, i) *= 1.0 + 1e-10;
     own(i, i) += 1e-300;
   }
-  const Eigen::LDLT<Eigen::MatrixXd> factor(own);
+  const Ldlt factor(own);
   const Eigen::VectorXd x = factor.solve(right);
   if (solution != nullptr) *solution = x;
-  if (covariance != nullptr) *covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
+  if (covariance != nullptr) *covariance = factor.solveColumns(Eigen::MatrixXd::Identity(n, n));
   return x.allFinite() ? x.dot(right) : 0.0;
 }
 

@@ -48,6 +48,13 @@ def test_no_subcommand_shows_the_help():
     assert run.returncode == 2 and "subcommands:" in run.stderr
 
 
+def test_a_build_folder_that_cannot_be_written_is_named():
+    run = subprocess.run([str(ROOT / "amb"), "modes"], capture_output=True, text=True, check=False,
+                         env={**os.environ, "AMB_ROTOR_BUILD_DIR": "/proc/amb_rotor_build"})
+    assert run.returncode == 1
+    assert "cannot write to /proc/amb_rotor_build; AMB_ROTOR_BUILD_DIR" in run.stderr
+
+
 @pytest.mark.parametrize("command", sorted(cli.available_commands()))
 def test_each_subcommand_has_help_with_an_example(command):
     run = amb(command, "--help")

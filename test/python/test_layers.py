@@ -35,6 +35,8 @@ ROS_HEADERS = re.compile(
     r"^(ros|roscpp|roslib|rosbag|rosgraph_msgs|rosconsole|std_msgs|std_srvs|geometry_msgs|sensor_msgs|"
     r"visualization_msgs|diagnostic_msgs|diagnostic_updater|dynamic_reconfigure|nodelet|pluginlib|"
     r"class_loader|message_filters|topic_tools|tf|tf2|tf2_ros|tf2_msgs|rviz|xmlrpcpp)/")
+# Instantiated once, in src/common: each file that does it too pays five to twenty seconds of compile time.
+DECOMPOSITIONS = re.compile(r"^Eigen/(Dense|Eigen|Eigenvalues|SVD|QR)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 
@@ -59,6 +61,8 @@ def breaches(path: pathlib.PurePath, text: str) -> list[str]:
     for header in INCLUDE.findall(text):
         if layer not in ROS_LAYERS and ROS_HEADERS.match(header):
             found.append(f"{path}: {layer} includes ROS ({header})")
+        if layer != "common" and DECOMPOSITIONS.match(header):
+            found.append(f"{path}: {header} is for common/linear_algebra.hpp alone")
         own = re.match(r"^amb_rotor/(?:([a-z0-9_]+)/)?([^/]+)$", header)
         if not own:
             if header.startswith((".", "amb_rotor/")):
@@ -99,6 +103,7 @@ def test_no_file_includes_against_the_layers():
     ("src/machine/a.cpp", "ros/ros.h", "machine includes ROS"),
     ("src/python/a.cpp", "std_msgs/Header.h", "python includes ROS"),
     ("src/ros/a.cpp", "amb_rotor/nodes/main.hpp", "ros may not include nodes"),
+    ("src/rotor/a.cpp", "Eigen/Eigenvalues", "is for common/linear_algebra.hpp alone"),
     ("src/rotor/a.cpp", "../sensing/sensor.hpp", "write the include from the root"),
     ("src/oddments/a.cpp", "vector", "no known layer"),
     ("include/amb_rotor/stray.hpp", "vector", "in no layer's folder"),
@@ -114,7 +119,8 @@ def test_a_breach_is_found(path, include, complaint):
     ("src/effects/a.cpp", "amb_rotor/sensing/sensor.hpp"),
     ("src/machine/a.cpp", "amb_rotor/effects/runout.hpp"),
     ("src/machine/a.cpp", "amb_rotor/integration/integrator.hpp"),
-    ("src/integration/a.cpp", "Eigen/Dense"),
+    ("src/integration/a.cpp", "Eigen/Cholesky"),
+    ("src/common/a.cpp", "Eigen/Eigenvalues"),
     ("src/ros/a.cpp", "amb_rotor/Fault.h"),
     ("src/ros/a.cpp", "ros/ros.h"),
     ("src/nodes/rotor_plant_node.cpp", "amb_rotor/ros/rotor_plant.hpp"),

@@ -1,7 +1,7 @@
 // Lyapunov exponents, winding numbers, jump matrix and regime on systems with published answers.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <complex>
 #include <random>

@@ -2,7 +2,7 @@
 // An independent model of a levitated rigid beam in discrete time, for tests: between instants the matrix
 // exponential of one linear system, at instants the controller's difference equations. It shares no code with
 // the machine but the structs of its inputs. No contact, linear bearings, constant speed.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>

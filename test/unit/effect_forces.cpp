@@ -3,10 +3,10 @@
 // exact roots.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <complex>
 
 #include "../support/probe.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -239,8 +239,9 @@ TEST(EffectShaftFlexibility, ResponseOfThreeModesAPlane) {
       const Eigen::Vector3d shape(1.0, z[end], amb[end]);
       dynamic += Complex(k, d * w) * (shape * shape.transpose()).cast<Complex>();
     }
-    const Eigen::Vector3cd q = dynamic.partialPivLu().solve(u * w * w * std::polar(1.0, phase) *
-                                                            Eigen::Vector3cd(1.0, 0.02, unbalance));
+    const Eigen::Vector3cd q =
+        solveLu(Eigen::MatrixXcd(dynamic),
+                Eigen::VectorXcd(u * w * w * std::polar(1.0, phase) * Eigen::Vector3cd(1.0, 0.02, unbalance)));
     const Complex x = q(0) - 0.118 * q(1) + sensor[0] * q(2);
     const auto seen = oneX(model, speed);
     EXPECT_LT(std::abs(seen.first - x), 5e-6 * std::abs(x)) << speed;
@@ -267,7 +268,7 @@ TEST(EffectFoundation, TwoMassResponseAndAntiresonance) {
     const Complex spring(2 * k, 2 * d * w);
     dynamic << spring - m * w * w, -spring, -spring,
         spring + mf * Complex(wf * wf - w * w, 2 * ratio * wf * w);
-    return Eigen::Vector2cd(dynamic.partialPivLu().solve(Eigen::Vector2cd(u * w * w, 0.0)));
+    return Eigen::Vector2cd(solveLu(Eigen::MatrixXcd(dynamic), Eigen::VectorXcd(Eigen::Vector2cd(u * w * w, 0.0))));
   };
   for (double speed : {20.0, 35.0, 75.0}) {
     RunOptions options;

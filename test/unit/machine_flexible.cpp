@@ -1,10 +1,10 @@
 // A flexible rotor in the machine: its modes are those of the finite elements, its slow motion that of a rigid beam.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "amb_rotor/machine/model_loading.hpp"
@@ -47,7 +47,7 @@ std::vector<double> machineFrequencies(const Model& model) {
     machine.derivatives(in, state.data(), rate.data());
     for (int i = 0; i < n; ++i) k(i, j) = -rate[2 * n + i] / 1e-9;
   }
-  const Eigen::VectorXcd squares = Eigen::EigenSolver<Eigen::MatrixXd>(k, false).eigenvalues();
+  const Eigen::VectorXcd squares = generalEigenvalues(k);
   std::vector<double> out;
   for (const auto& s : squares) out.push_back(std::sqrt(std::max(0.0, s.real())) / two_pi);
   std::sort(out.begin(), out.end());

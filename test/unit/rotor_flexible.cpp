@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "amb_rotor/rotor/rotor_modes.hpp"
 
@@ -96,7 +96,7 @@ TEST(RotorFlexible, ForceBetweenNodesBendsAsTheBeamOnTwoSupports) {
   const double x = 0.16;    // a node: consistent loads are exact there
   const Eigen::MatrixXd stiffness = rotor.stiffnessWith({{rotor.left(), k}, {rotor.right(), k}});
   const Eigen::VectorXd force = rotor.grid().displacementShape(u + rotor.left());
-  const double found = rotor.grid().displacementShape(x + rotor.left()).dot(stiffness.ldlt().solve(force));
+  const double found = rotor.grid().displacementShape(x + rotor.left()).dot(Ldlt(stiffness).solve(force));
   const double bending = 206e9 * kPi / 64.0 * std::pow(0.02, 4);
   const double b = length - u;
   const double beam = b * x * (length * length - b * b - x * x) / (6.0 * length * bending);

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "amb_rotor/common/error.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/rotor/reduction.hpp"
 #include "amb_rotor/rotor/rotor_modes.hpp"
 
@@ -118,9 +118,8 @@ TEST(RotorReduction, CraigBamptonIsExactForStaticForcesAtItsPlanes) {
   const FlexibleRotor rotor = steppedRotor();
   const std::vector<double> planes = {-0.14, -0.0963, 0.0937, 0.12};
   const ReducedRotor kept = reduceCraigBampton(rotor, planes, 0);
-  const Eigen::MatrixXd inverse = rotor.stiffnessWith({{planes[1], 6e5}, {planes[2], 6e5}})
-                                      .ldlt()
-                                      .solve(Eigen::MatrixXd::Identity(rotor.freedoms(), rotor.freedoms()));
+  const Eigen::MatrixXd inverse = Ldlt(rotor.stiffnessWith({{planes[1], 6e5}, {planes[2], 6e5}}))
+                                      .solveColumns(Eigen::MatrixXd::Identity(rotor.freedoms(), rotor.freedoms()));
   for (double out : planes) {
     for (double in : planes) {
       const double exact =

@@ -119,5 +119,76 @@ TEST(WindowsTest, TheTrueMachinePredictsContactAtTheNoise) {
   }
 }
 
+TEST(WindowsTest, AShiftOfASensorIsFoundAsItsOffset) {
+  const MadeSet& set = madeSet(21, "none", 0.0, true);
+  const FitSpace space(set.truth(), {});
+  constexpr double shift =
+      3e-6;  // three standard deviations of the belief, a tenth of what contact bends back
+  for (const char* id : {"rub_1", "drop_1"}) {
+    const int run = set.indexOf(id);
+    ASSERT_GE(run, 0);
+    LocalState found[2];
+    double squares[2];
+    for (int shifted = 0; shifted < 2; ++shifted) {
+      std::vector<Recording> recordings = set.recordings;
+      for (long i = 0; i < recordings[run].samples && shifted == 1; ++i)
+        recordings[run].measured[i * predicted_channels] += shift;
+      const FitProblem problem(recordings, space, set.offset_std_m);
+      std::vector<LocalState> local(recordings.size());
+      EvaluationOptions options;
+      options.jacobian = false;
+      options.window_passes = 3;
+      for (int pass = 0; pass < 3; ++pass)
+        squares[shifted] = problem.evaluate(space.start(), {run}, local, options).squares;
+      found[shifted] = local[run];
+    }
+    // the prior holds back (noise / offset_std)^2 / samples, below 1e-3; the windows' own starts take up the
+    // rest
+    EXPECT_NEAR(found[1].offset_m[0] - found[0].offset_m[0], shift, 0.01 * shift) << id;
+    for (int a = 1; a < 4; ++a)
+      EXPECT_NEAR(found[1].offset_m[a], found[0].offset_m[a], 0.01 * shift) << id << " " << a;
+    for (int a = 0; a < 4; ++a)
+      EXPECT_NEAR(found[1].drift_m[a], found[0].drift_m[a], 0.03 * shift) << id << " " << a;
+    EXPECT_NEAR(squares[1] / squares[0], 1.0, 0.02) << id;
+  }
+}
+
+TEST(WindowsTest, ANewtonStepLeadsBackToTheStiffnessOfTheBearing) {
+  const MadeSet& set = madeSet(21, "none", 0.0, true);
+  const FitSpace space(set.dataset.belief, {});
+  Eigen::VectorXd truth = space.start();
+  int stiffness = -1;
+  for (int k = 0; k < space.size(); ++k) {
+    const std::string& name = space.coordinates()[k].name;
+    truth[k] = valueOf(set.made.truth, name);
+    ASSERT_TRUE(std::isfinite(truth[k])) << name;
+    if (name == "auxiliary_bearing.contact.stiffness_N_per_m") stiffness = k;
+  }
+  ASSERT_GE(stiffness, 0);
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  for (const char* id : {"rub_1", "drop_1"})
+    for (const double side : {1.0, -1.0}) {
+      const int run = set.indexOf(id);
+      ASSERT_GE(run, 0);
+      const double off = side * 0.5 * space.coordinates()[stiffness].scale;  // 5 % of the stiffness
+      Eigen::VectorXd x = truth;
+      x[stiffness] += off;
+      std::vector<LocalState> local(set.recordings.size());
+      EvaluationOptions options;
+      options.window_passes = 3;
+      NormalEquations normal;
+      for (int pass = 0; pass < 3; ++pass) {
+        options.jacobian = pass == 2;  // the starts are found before
+        normal = problem.evaluate(x, {run}, local, options);
+      }
+      ASSERT_TRUE(normal.finite) << id;
+      // the force over a penetration that itself gives way is curved: 5 % of stiffness, and as much again of
+      // the step where touches are deep; windows thrown off count less. A third of the step leaves a factor
+      // of two in the curvature seen.
+      const double step = normal.g[stiffness] / normal.h(stiffness, stiffness);
+      EXPECT_NEAR(step / -off, 1.0, 1.0 / 3.0) << id << " " << side;
+    }
+}
+
 }  // namespace
 }  // namespace amb_rotor

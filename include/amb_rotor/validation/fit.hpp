@@ -5,7 +5,7 @@
 // Local unknowns: of a run, the offset and the linear drift of each displacement channel (they lie in the recording,
 // not in the control loop) and, at standstill, the shaft's angle where the model depends on it; of a window of 10 ms
 // in a run with contact, its starting mechanics and currents besides.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <map>
 #include <memory>
 #include <vector>
