@@ -54,6 +54,17 @@ void scaleAmplitudes(EffectSetting& effect, double share) {
       effect.values[i] = std::clamp(share * effect.values[i], parameters[i].lower, parameters[i].upper);
 }
 
+/// What runs without contact know nothing of.
+std::vector<bool> heldWithoutContact(const FitSpace& space) {
+  std::vector<bool> held;
+  for (const auto& coordinate : space.coordinates()) held.push_back(coordinate.name.rfind("auxiliary_bearing.", 0) == 0);
+  for (const auto& effect : space.fitted())
+    if (needsContact(effect.id))
+      for (int k = space.nuisances(); k < space.size(); ++k)
+        if (space.coordinates()[k].name.rfind(effect.id + ".", 0) == 0) held[k] = true;
+  return held;
+}
+
 /// What the runs without contact have settled: fits to the others alone leave it there.
 std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior& prior) {
   std::vector<bool> held(space.size(), false);
@@ -119,6 +130,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     if (effort.iterations == 0) options.first_window_passes = 1;
     if (effort.through == Through::contact) options.window_stride = trial.stride = effort.stride;
   }
+  if (effort.through == Through::free) options.held = heldWithoutContact(*trial.space);
   if (effort.through == Through::contact && prior != nullptr) {
     options.held = heldThroughContact(*trial.space, *prior);
     for (int k = 0; k < trial.space->nuisances(); ++k)

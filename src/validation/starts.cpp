@@ -60,6 +60,14 @@ double typicalPenetration(const Model& belief, const std::vector<Recording>& rec
 
 void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
                  double& upper) {
+  if (effect == "shaft_flexibility") {
+    // steel with its fits stays below; a shape of 1 is the rms over the rotor's mass, 2 the end of a uniform beam
+    if (parameter == "damping_ratio") upper = std::min(upper, 0.2);
+    if (parameter.rfind("shape_", 0) == 0) {
+      lower = std::max(lower, -4.0);
+      upper = std::min(upper, 4.0);
+    }
+  }
   if (effect != "compliant_mount") return;
   const double mass = belief.rig.rotor.mass_kg, stiffness = belief.rig.auxiliary_bearing.stiffness_N_per_m;
   if (parameter == "stiffness_N_per_m") lower = std::max(lower, 0.01 * stiffness);
