@@ -23,10 +23,20 @@ constexpr double least_excess_share = 0.15;
 /// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
 constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
+/// Share of the excess that a second effect must take for a third to be sought while structure is left.
+constexpr double worthwhile_share = 0.5;
+/// Of what the adopted effects leave above the floor a law of a few terms may leave so much to stand in their place.
+constexpr double law_margin = 0.8;
 /// Iterations through contact alone before everything is fitted together.
 constexpr int contact_iterations = 12;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
+
+/// Squares above the floor on the runs to validate without contact.
+double excess(const CandidateErrors& errors) {
+  const double error = errors.validation_error_free;
+  return error < 0.0 ? 0.0 : std::max(0.0, error * error - 1.0);
+}
 
 std::string twoPlaces(double value) {
   char text[32];
@@ -42,7 +52,8 @@ std::vector<std::string> sentencesOf(const Diagnosis& d) {
   for (const auto& step : d.steps)
     out.push_back("With " + step.added + " it stands at " + twoPlaces(step.errors.validation_error) + ".");
   for (const auto& name : d.withdrawn)
-    out.push_back(name + " was adopted on the way and is needless beside the others.");
+    out.push_back(name + (d.steps.empty() ? " only bends towards what is missing: a law of a few terms leaves less than it does."
+                                          : " was adopted on the way and is needless beside the others."));
   if (d.steps.empty()) out.push_back("No effect of the catalogue earns its place on these runs.");
   std::string unseen;
   for (const auto& c : d.ranking)
@@ -97,6 +108,9 @@ class Diagnoser {
   void refer();
   bool withdraw(Diagnosis& out);
   bool clean() const;
+  bool structured() const;
+  Unexplained unexplainedBy(const Trial& trial) const;
+  void preferLaw(Diagnosis& out);
   void scaleToAllWindows(CandidateErrors& errors);
 
   Candidates candidates_;
@@ -104,6 +118,7 @@ class Diagnoser {
   std::vector<std::string> names_;
   Settings adopted_;
   References references_;
+  Trial first_;             ///< the belief, as the baseline left it
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
   double sampled_error_ = -1.0;  ///< of the reference through contact on the windows of `judged_stride`; below 0: not known
@@ -252,12 +267,36 @@ bool Diagnoser::clean() const {
          (errors_.validation_error_contact < 0.0 || errors_.validation_error_contact < 1.1);
 }
 
+bool Diagnoser::structured() const {
+  return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
+}
+
+Unexplained Diagnoser::unexplainedBy(const Trial& trial) const {
+  return searchUnexplained(candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd());
+}
+
+/// Effects that leave more than a law of a few terms beside the belief alone have only bent towards something that the
+/// catalogue does not hold: they are taken back.
+void Diagnoser::preferLaw(Diagnosis& out) {
+  if (!(errors_.validation_error_free > structured_error)) return;  // the law is sought in runs without contact
+  const Unexplained law = unexplainedBy(first_);
+  if (law.terms.empty() || excess(out.baseline) * (1.0 - law.held_out_gain) > law_margin * excess(errors_)) return;
+  for (const auto& step : out.steps) out.withdrawn.push_back(step.added);
+  out.steps.clear();
+  adopted_.clear();
+  joint_ = first_;
+  errors_ = out.baseline;
+  out.unexplained = law;
+}
+
 Diagnosis Diagnoser::run() {
   const auto begin = std::chrono::steady_clock::now();
   Diagnosis out;
   for (const auto& r : candidates_.recordings())
     for (const auto& remark : r.remarks) out.remarks.push_back(r.run.id + ": " + remark);
   baseline(out);
+  first_ = joint_;
+  double before = excess(errors_);
   for (int step = 0; step < options_.most_steps; ++step) {
     if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
@@ -277,14 +316,15 @@ Diagnosis Diagnoser::run() {
     while (withdraw(out)) {
     }
     if (clean()) break;
+    const double left = excess(errors_);
+    if (step > 0 && left > (1.0 - worthwhile_share) * before) break;  // a third would only bend further
+    before = left;
   }
+  if (structured() && !out.steps.empty()) preferLaw(out);
   out.adopted = joint_.space->model(joint_.fit.x);
-  const bool structured = errors_.validation_error_free > structured_error ||
-                          errors_.validation_error_contact > structured_contact_error;
-  if (structured) {
+  if (structured()) {
     out.verdict = "unknown";
-    out.unexplained = searchUnexplained(candidates_.recordings(), *joint_.space, joint_.fit.x, joint_.local,
-                                        candidates_.offsetStd());
+    if (out.unexplained.terms.empty()) out.unexplained = unexplainedBy(joint_);
   } else {
     out.verdict = out.steps.empty() ? "none" : "effect";
   }
