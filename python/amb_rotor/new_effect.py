@@ -6,6 +6,7 @@ C++. p = (x, y) is the rotor's displacement at a magnetic bearing, v its velocit
 from __future__ import annotations
 
 import dataclasses
+import re
 
 # Below this speed v/|v| is rounded off [m/s], as in force_law.
 _ROUNDED = "1e3"
@@ -34,47 +35,150 @@ def _along(name, unit, meaning, excited_by, factor, cpp_factor, vector=("x", "y"
 
 _MOTION = "large and small amplitudes: steps, chirps, rotation near a critical speed"
 _VELOCITY = ("vx", "vy")
+_CURRENT = ("ix", "iy")
 _SPEED = "runs at two or more speeds"
+_LONG = "long runs"
+_SIGN, _CPP_SIGN = f"tanh({_ROUNDED} * rate) / rate", f"hyperbolicTangent(S({_ROUNDED}) * rate) / rate"
+# (cos nt, sin nt) from the cosine c and sine s of the angle, as force_law has them.
+_CPP_TURNS = {"": ("shaft.cosine", "shaft.sine"), "2": ("c2", "s2"), "3": ("c3", "s3")}
 
-TERMS = {term.name: term for term in (
+
+def _turning(name: str, order: str, back: bool) -> list[Term]:
+    """Cosine and sine term of a force that turns at n times the shaft's angle, forward or backward."""
+    cos, sin = (f"{function}({order + ' * ' if order else ''}angle)" for function in ("cos", "sin"))
+    c, s = _CPP_TURNS[order]
+    t, sign = f"{order}t", "" if back else "-"
+    if back:
+        return [Term(f"{name}_cosine_N", "N", f"(cos {t}, -sin {t})", "rotation", cos, f"-{sin}", c, f"-{s}"),
+                Term(f"{name}_sine_N", "N", f"(sin {t}, cos {t})", "rotation", sin, cos, s, c)]
+    return [Term(f"{name}_cosine_N", "N", f"(cos {t}, sin {t})", "rotation", cos, sin, c, s),
+            Term(f"{name}_sine_N", "N", f"({sign}sin {t}, cos {t})", "rotation", f"-{sin}", cos, f"-{s}", c)]
+
+
+def _axes(name: str, unit: str, meaning: str, excited_by: str, factor: str, cpp: str) -> list[Term]:
+    """The same factor along x and along y."""
+    return [Term(f"{name}_x_{unit}", unit.replace("_per_", "/").replace("_", " "), f"{meaning} e_x", excited_by, factor, "0",
+                 cpp, "S(0.0)"),
+            Term(f"{name}_y_{unit}", unit.replace("_per_", "/").replace("_", " "), f"{meaning} e_y", excited_by, "0", factor,
+                 "S(0.0)", cpp)]
+
+
+def _hum(axis: str, function: str) -> Term:
+    formula = f"{function}(2 * pi * {FREQUENCY} * time)"
+    cpp = f"hum_{'cosine' if function == 'cos' else 'sine'}"
+    name = f"hum_{axis}_{'cosine' if function == 'cos' else 'sine'}_N"
+    x, y = (formula, "0") if axis == "x" else ("0", formula)
+    cpp_x, cpp_y = (cpp, "S(0.0)") if axis == "x" else ("S(0.0)", cpp)
+    return Term(name, "N", f"{function}(2 pi f time) e_{axis}", _LONG, x, y, cpp_x, cpp_y)
+
+
+def _antisymmetric(term: Term) -> Term:
+    """The term with the other sign at end a."""
+    name = f"antisym_{term.name}"
+    return Term(name, term.unit, f"-+ {term.meaning.split(': ')[-1]}", f"tilting motion; {term.excited_by}",
+                f"(2 * end - 1) * ({term.x})", f"(2 * end - 1) * ({term.y})", f"side * ({term.cpp_x})", f"side * ({term.cpp_y})")
+
+
+# The frequency of the terms that repeat in time: one more parameter of an effect that has such a term.
+FREQUENCY = "time_frequency_hz"
+
+_PLAIN = (
     _along("position_N_per_m", "N/m", "stiffness: p", "any motion", "", ""),
     _along("position_square_N_per_m2", "N/m2", "|p| p", _MOTION, "radius", "radius"),
     _along("position_cube_N_per_m3", "N/m3", "|p|^2 p", _MOTION, "radius^2", "radius * radius"),
+    _along("position_fourth_N_per_m4", "N/m4", "|p|^3 p", _MOTION, "radius^3", "radius * radius * radius"),
+    Term("position_axes_N_per_m", "N/m", "(x, -y)", "motion in both directions", "x", "-y", "p.x", "-p.y"),
+    Term("position_axes_cube_N_per_m3", "N/m3", "(x^3, y^3)", _MOTION, "x^3", "y^3", "p.x * p.x * p.x", "p.y * p.y * p.y"),
     _along("velocity_N_s_per_m", "N s/m", "damping: v", "any motion", "", "", _VELOCITY, "v"),
     _along("velocity_square_N_s2_per_m2", "N s2/m2", "|v| v", _MOTION, "rate", "rate", _VELOCITY, "v"),
-    _along("velocity_sign_N", "N", "v/|v|, rounded off below 1 mm/s", _MOTION, f"tanh({_ROUNDED} * rate) / rate",
-           f"hyperbolicTangent(S({_ROUNDED}) * rate) / rate", _VELOCITY, "v"),
+    Term("velocity_axes_square_N_s2_per_m2", "N s2/m2", "(|vx| vx, |vy| vy)", _MOTION, "abs(vx) * vx", "abs(vy) * vy",
+         "magnitude(v.x) * v.x", "magnitude(v.y) * v.y"),
+    _along("velocity_sign_N", "N", "v/|v|, rounded off below 1 mm/s", _MOTION, _SIGN, _CPP_SIGN, _VELOCITY, "v"),
+    _along("velocity_position_N_s_per_m3", "N s/m3", "|p|^2 v", _MOTION, "radius^2", "radius * radius", _VELOCITY, "v"),
+    _along("sign_position_N_per_m", "N/m", "|p| v/|v|, rounded off below 1 mm/s", _MOTION, f"radius * {_SIGN}",
+           f"radius * {_CPP_SIGN}", _VELOCITY, "v"),
     Term("cross_N_per_m", "N/m", "(-y, x)", "excitation in one direction", "-y", "x", "-p.y", "p.x"),
     Term("cross_speed_N_s_per_m", "N s/m", "speed (-y, x)", _SPEED, "-y * speed", "x * speed", "-shaft.speed * p.y",
          "shaft.speed * p.x"),
     _along("position_speed_N_s2_per_m", "N s2/m", "speed^2 p", _SPEED, "speed^2", "shaft.speed * shaft.speed"),
     _along("velocity_speed_N_s2_per_m", "N s2/m", "|speed| v", _SPEED, "abs(speed)", "magnitude(shaft.speed)", _VELOCITY,
            "v"),
-    Term("turning_cosine_N", "N", "(cos t, sin t)", "rotation", "cos(angle)", "sin(angle)", "shaft.cosine", "shaft.sine"),
-    Term("turning_sine_N", "N", "(-sin t, cos t)", "rotation", "-sin(angle)", "cos(angle)", "-shaft.sine",
-         "shaft.cosine"),
-    Term("twice_cosine_N", "N", "(cos 2t, sin 2t)", "rotation", "cos(2 * angle)", "sin(2 * angle)",
-         "(shaft.cosine * shaft.cosine - shaft.sine * shaft.sine)", "S(2.0) * shaft.sine * shaft.cosine"),
-    Term("twice_sine_N", "N", "(-sin 2t, cos 2t)", "rotation", "-sin(2 * angle)", "cos(2 * angle)",
-         "-S(2.0) * shaft.sine * shaft.cosine", "(shaft.cosine * shaft.cosine - shaft.sine * shaft.sine)"),
-    _along("current_N_per_A", "N/A", "i", "excitation", "", "", ("ix", "iy"), "i"),
-    _along("current_cube_N_per_A3", "N/A3", "|i|^2 i", "large excitation", "(ix^2 + iy^2)", "i.dot(i)", ("ix", "iy"), "i"),
-)}
+    Term("velocity_cross_speed_N_s2_per_m", "N s2/m", "speed (-vy, vx)", _SPEED, "-vy * speed", "vx * speed",
+         "-shaft.speed * v.y", "shaft.speed * v.x"),
+    *_turning("turning", "", False), *_turning("twice", "2", False), *_turning("thrice", "3", False),
+    *_turning("back", "", True), *_turning("back_twice", "2", True), *_turning("back_thrice", "3", True),
+    Term("turning_speed_cosine_N_s", "N s", "speed (cos t, sin t)", _SPEED, "speed * cos(angle)", "speed * sin(angle)",
+         "shaft.speed * shaft.cosine", "shaft.speed * shaft.sine"),
+    Term("turning_speed_sine_N_s", "N s", "speed (-sin t, cos t)", _SPEED, "-speed * sin(angle)", "speed * cos(angle)",
+         "-shaft.speed * shaft.sine", "shaft.speed * shaft.cosine"),
+    Term("turning_position_cosine_N_per_m", "N/m", "(x cos 2t + y sin 2t, x sin 2t - y cos 2t)", "rotation under load",
+         "x * cos(2 * angle) + y * sin(2 * angle)", "x * sin(2 * angle) - y * cos(2 * angle)", "p.x * c2 + p.y * s2",
+         "p.x * s2 - p.y * c2"),
+    Term("turning_position_sine_N_per_m", "N/m", "(y cos 2t - x sin 2t, x cos 2t + y sin 2t)", "rotation under load",
+         "y * cos(2 * angle) - x * sin(2 * angle)", "x * cos(2 * angle) + y * sin(2 * angle)", "p.y * c2 - p.x * s2",
+         "p.x * c2 + p.y * s2"),
+    *_axes("speed", "N_s", "speed", _SPEED, "speed", "shaft.speed"),
+    *_axes("speed_square", "N_s2", "speed^2", _SPEED, "speed^2", "shaft.speed * shaft.speed"),
+    _along("current_N_per_A", "N/A", "i", "excitation", "", "", _CURRENT, "i"),
+    _along("current_square_N_per_A2", "N/A2", "|i| i", "large excitation", "hypot(ix, iy)", "squareRoot(i.dot(i))", _CURRENT, "i"),
+    _along("current_cube_N_per_A3", "N/A3", "|i|^2 i", "large excitation", "(ix^2 + iy^2)", "i.dot(i)", _CURRENT, "i"),
+    Term("current_axes_cube_N_per_A3", "N/A3", "(ix^3, iy^3)", "large excitation", "ix^3", "iy^3", "i.x * i.x * i.x",
+         "i.y * i.y * i.y"),
+    *_axes("drift", "N_per_s", "time", _LONG, "time", "S(shaft.time)"),
+    _along("drift_position_N_per_m_s", "N/(m s)", "time p", _LONG, "time", "S(shaft.time)"),
+    _along("drift_velocity_N_per_m", "N/m", "time v", _LONG, "time", "S(shaft.time)", _VELOCITY, "v"),
+    _hum("x", "cos"), _hum("x", "sin"), _hum("y", "cos"), _hum("y", "sin"),
+)
+_BOTH_WAYS = ("position_N_per_m", "position_cube_N_per_m3", "velocity_N_s_per_m", "velocity_square_N_s2_per_m2",
+              "velocity_sign_N", "cross_N_per_m", "velocity_speed_N_s2_per_m", "turning_cosine_N", "turning_sine_N",
+              "current_cube_N_per_A3")
+TERMS = {term.name: term for term in _PLAIN}
+TERMS |= {f"antisym_{name}": _antisymmetric(TERMS[name]) for name in _BOTH_WAYS}
 
 # What the formulas call on beside the quantities; each is written where a term needs it.
 _WHERE = {"radius": "hypot(x, y)", "rate": "sqrt(vx^2 + vy^2 + 1e-24)"}
-_CPP_WHERE = {"radius": "squareRoot(p.dot(p))", "rate": "squareRoot(v.dot(v) + S(1e-24))"}
+_CPP_WHERE = {"radius": "squareRoot(p.dot(p))", "rate": "squareRoot(v.dot(v) + S(1e-24))",
+              "side": "S(site.end == 0 ? -1.0 : 1.0)", "c2": "shaft.cosine * shaft.cosine - shaft.sine * shaft.sine",
+              "s2": "S(2.0) * shaft.sine * shaft.cosine", "c3": "shaft.cosine * c2 - shaft.sine * s2",
+              "s3": "shaft.sine * c2 + shaft.cosine * s2"}
 # A fit may move a coefficient this many times its first value, either way.
 _REACH = 1e3
 
 
+_NO_NEUTRAL = 'std::nan("")'
+# How far a frequency may move in a fit.
+_FREQUENCY_REACH = 0.02
+
+
+def _reads(text: str, name: str) -> bool:
+    return re.search(rf"\b{name}\b", text) is not None
+
+
 def _needed(terms: list[Term]) -> list[str]:
-    return [name for name in _WHERE if any(name in term.x for term in terms)]
+    return [name for name in _WHERE if any(_reads(term.x + " " + term.y, name) for term in terms)]
 
 
-def parameters(terms: list[dict]) -> list[dict]:
+def _cpp_needed(text: str) -> list[str]:
+    """The local values that C++ formulas call on, with those that these call on, in the order of their definition."""
+    needed = {name for name in _CPP_WHERE if _reads(text, name)}
+    for name in reversed(list(_CPP_WHERE)):
+        if name in needed:
+            needed |= {other for other in _CPP_WHERE if _reads(_CPP_WHERE[name], other)}
+    return [name for name in _CPP_WHERE if name in needed]
+
+
+def repeats(terms: list[dict]) -> bool:
+    """Whether a law has a term that repeats in time, with a frequency that its effect must know."""
+    return any(FREQUENCY in TERMS[row["term"]].x + TERMS[row["term"]].y for row in terms)
+
+
+def parameters(terms: list[dict], frequency_hz: float | None = None) -> list[dict]:
     """The parameters of an effect with these terms, as in its file. term: a name of TERMS and a coefficient."""
     rows = []
+    if repeats(terms):
+        frequency = 50.0 if frequency_hz is None else frequency_hz
+        rows.append({"name": FREQUENCY, "unit": "Hz", "lower": (1 - _FREQUENCY_REACH) * frequency,
+                     "upper": (1 + _FREQUENCY_REACH) * frequency, "typical": frequency, "meaning": "of the force in time"})
     for row in terms:
         term, value = TERMS[row["term"]], float(f"{row['coefficient']:.6g}")
         reach = _REACH * abs(value) if value else 1.0
@@ -89,15 +193,16 @@ def _number(value: float) -> str:
     return text if "." in text or "e" not in text else text.replace("e", ".0e")
 
 
-def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str]) -> str:
+def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], frequency_hz: float | None = None) -> str:
     """The effect file."""
     chosen = [TERMS[row["term"]] for row in terms]
     lines = [f"# {remark}" for remark in remarks]
     lines += ["format: amb-effect/1", f"effect: {name}", f'summary: "{summary}"',
               f'excited_by: "{"; ".join(dict.fromkeys(term.excited_by for term in chosen))}"',
               "place: magnetic_bearings              # or: rotor (at a parameter z_m), sensors", "parameters:"]
-    for row in parameters(terms):
-        numbers = ", ".join(f"{key}: {_number(row[key])}" for key in ("lower", "upper", "typical", "neutral"))
+    for row in parameters(terms, frequency_hz):
+        keys = [key for key in ("lower", "upper", "typical", "neutral") if key in row]
+        numbers = ", ".join(f"{key}: {_number(row[key])}" for key in keys)
         lines.append(f'  - {{name: {row["name"]}, unit: "{row["unit"]}", {numbers},\n     meaning: "{row["meaning"]}"}}')
     needed = _needed(chosen)
     if needed:
@@ -113,22 +218,29 @@ def class_name(name: str) -> str:
     return "".join(part.capitalize() for part in name.split("_"))
 
 
-def cpp_header(name: str, terms: list[dict], summary: str) -> str:
+def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float | None = None) -> str:
     """The effect as a header for include/amb_rotor/effects/."""
     chosen = [TERMS[row["term"]] for row in terms]
-    law = " + ".join(f"{term.name} {term.meaning.split(': ')[-1].split(',')[0]}" for term in chosen)
+    own = parameters(terms, frequency_hz)
+    first = len(own) - len(chosen)  # the frequency comes before the coefficients
+    law = " + ".join(f"{term.name} {term.meaning.split(': ')[-1].split(', rounded')[0]}" for term in chosen)
     rows = ",\n             ".join(
         f'parameter("{row["name"]}", "{row["unit"]}", {_number(row["lower"])}, {_number(row["upper"])}, '
-        f'{_number(row["typical"])}, 0.0,\n                       "{row["meaning"]}")' for row in parameters(terms))
-    force = {axis: " +\n                ".join(f"c_[{k}] * ({getattr(term, 'cpp_' + axis)})" for k, term in enumerate(chosen))
+        f'{_number(row["typical"])}, {"0.0" if "neutral" in row else _NO_NEUTRAL},\n                       "{row["meaning"]}")'
+        for row in own)
+    force = {axis: " +\n                ".join(f"c_[{k + first}] * ({getattr(term, 'cpp_' + axis)})"
+                                                 for k, term in enumerate(chosen))
              for axis in ("x", "y")}
     text = force["x"] + force["y"]
     local = [f"      const Vec2<S>& {v} = site.{full};" for v, full in
              (("p", "position"), ("v", "velocity"), ("i", "current"))
              if f"{v}.x" in text or f"{v}.y" in text or f"{v}.dot" in text]
-    if "shaft." in text:
+    needed = _cpp_needed(text)
+    if "shaft." in text + "".join(_CPP_WHERE[key] for key in needed) or first:
         local.append("      const Shaft<S>& shaft = *site.shaft;")
-    local += [f"      const S {key} = {_CPP_WHERE[key]};" for key in _needed(chosen)]
+    local += [f"      const S {key} = {_CPP_WHERE[key]};" for key in needed]
+    if first:
+        local += ["      S hum_sine, hum_cosine;", "      sineCosine(S(two_pi * shaft.time) * c_[0], hum_sine, hum_cosine);"]
     body = "\n".join(local)
     return f"""#pragma once
 // {summary}. At each magnetic bearing, while it is on, with p the rotor's displacement there, v its
@@ -168,9 +280,11 @@ struct {class_name(name)} {{
 """
 
 
-def cpp_test(name: str, terms: list[dict]) -> str:
+def cpp_test(name: str, terms: list[dict], frequency_hz: float | None = None) -> str:
     """Its test for test/unit/: what the formulas give at one place; the closed form is for a person to add."""
-    values = ", ".join(_number(row["typical"]) for row in parameters(terms))
+    rows = parameters(terms, frequency_hz)
+    values = ", ".join(_number(row["typical"]) for row in rows)
+    first = len(rows) - len(terms)  # the frequency, which is no coefficient, comes first
     return f"""// {class_name(name)}: the force against its closed form.
 #include <gtest/gtest.h>
 
@@ -181,9 +295,13 @@ namespace {{
 
 TEST({class_name(name)}Test, VanishesAtItsNeutralValuesAndIsLinearInItsCoefficients) {{
   const std::vector<double> typical = {{{values}}};
-  std::vector<double> twice, none(typical.size(), 0.0);
-  for (double value : typical) twice.push_back(2.0 * value);
-  const Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  std::vector<double> twice = typical, none = typical;
+  for (std::size_t i = {first}; i < typical.size(); ++i) {{
+    twice[i] = 2.0 * typical[i];
+    none[i] = 0.0;
+  }}
+  Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  shaft.time = 0.37;
   const Rig<double> rig;
   const BearingSite<double> site{{&rig, &shaft, 0, {{2e-5, -3e-5}}, {{0.01, 0.02}}, {{0.3, -0.2}}, 0.0}};
   const auto force = [&](const std::vector<double>& values) {{

@@ -15,6 +15,11 @@ EffectCatalogue& effectCatalogue() {
   return catalogue;
 }
 
+bool needsContact(const std::string& effect) {
+  const EffectSchema* schema = effectCatalogue().find(effect);
+  return schema != nullptr && schema->needs_contact;
+}
+
 std::shared_ptr<const EffectLaw> effectLaw(const std::string& id) {
   const EffectSchema* schema = effectCatalogue().find(id);
   return schema != nullptr ? schema->law : nullptr;

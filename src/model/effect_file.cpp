@@ -154,6 +154,23 @@ void checkRead(YamlMap& root, const std::vector<ParameterSchema>& parameters, co
 
 }  // namespace
 
+bool EffectLaw::reads(Quantity quantity) const {
+  const int variable = parameters + quantity;
+  return out_x.reads(variable) || out_y.reads(variable) ||
+         std::any_of(where.begin(), where.end(), [&](const Expression& formula) { return formula.reads(variable); });
+}
+
+std::vector<std::string> EffectLaw::dependsOn() const {
+  std::vector<std::string> out;
+  if (reads(x) || reads(y)) out.push_back("position");
+  if (reads(vx) || reads(vy)) out.push_back("velocity");
+  if (reads(ix) || reads(iy)) out.push_back("control current");
+  if (reads(angle)) out.push_back("shaft angle");
+  if (reads(speed)) out.push_back("spin speed");
+  if (reads(time)) out.push_back("time");
+  return out;
+}
+
 EffectSchema readEffect(YamlMap& root, const YamlNode& node) {
   const std::size_t before = root.faults().faults().size();
   requireFormat(root, "amb-effect/1");

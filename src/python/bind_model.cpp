@@ -37,7 +37,7 @@ py::dict schemaDict(const EffectSchema& schema) {
   d["summary"] = schema.summary;
   d["excited_by"] = schema.excited_by;
   d["needs_contact"] = schema.needs_contact;
-  d["hypothesis"] = schema.hypothesis;
+  d["only_by_name"] = schema.only_by_name;
   d["definition"] = schema.law != nullptr ? py::object(py::str(schema.law->definition)) : py::object(py::none());
   d["parameters"] = parameters;
   return d;

@@ -1,7 +1,9 @@
 // amb_rotor._core: data sets, comparison with a model, diagnosis.
 #include "amb_rotor/validation/compare.hpp"
 #include "amb_rotor/validation/dataset.hpp"
+#include "amb_rotor/model/scenario_reader.hpp"
 #include "amb_rotor/validation/diagnosis.hpp"
+#include "amb_rotor/validation/experiments.hpp"
 #include "amb_rotor/validation/modes_dataset.hpp"
 #include "bind.hpp"
 
@@ -103,17 +105,36 @@ py::dict candidateDict(const Candidate& c) {
   return d;
 }
 
+py::dict experimentDict(const Experiment& e, const Diagnosis& diagnosis) {
+  py::dict d, overrides;
+  d["effect"] = e.effect;
+  d["against"] = e.against;
+  d["name"] = e.name;
+  d["what"] = e.what;
+  d["separation"] = e.separation;
+  d["evidence"] = e.evidence;
+  d["scenario"] = scenarioText(e.scenario);
+  for (const auto& name : {e.effect, e.against}) {
+    const auto model = diagnosis.rivals.find(name);
+    if (model != diagnosis.rivals.end()) overrides[py::str(name)] = experimentOverrides(e, model->second);
+  }
+  d["overrides"] = overrides;
+  return d;
+}
+
 py::dict diagnosisDict(const Diagnosis& diagnosis) {
   py::dict d, baseline, unexplained;
   putErrors(baseline, diagnosis.baseline, true);
   baseline["nuisance"] = parametersDict(diagnosis.nuisance, false);
-  py::list ranking, steps, terms;
+  py::list ranking, steps, terms, experiments;
+  for (const auto& experiment : diagnosis.experiments) experiments.append(experimentDict(experiment, diagnosis));
   for (const auto& candidate : diagnosis.ranking) ranking.append(candidateDict(candidate));
   for (const auto& step : diagnosis.steps) {
     py::dict row;
     row["added"] = step.added;
     row["parameters"] = parametersDict(step.parameters, true);
     putErrors(row, step.errors, true);
+    row["only_with_next"] = step.only_with_next;
     steps.append(row);
   }
   for (const auto& term : diagnosis.unexplained.terms) {
@@ -126,6 +147,9 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
   unexplained["depends_on"] = diagnosis.unexplained.depends_on;
   unexplained["shape"] = diagnosis.unexplained.shape;
   unexplained["terms"] = terms;
+  unexplained["frequency_hz"] = diagnosis.unexplained.frequency_hz > 0.0
+                                    ? py::object(py::float_(diagnosis.unexplained.frequency_hz))
+                                    : py::object(py::none());
   unexplained["held_out_gain"] = diagnosis.unexplained.held_out_gain;
   d["format"] = "amb-diagnosis/1";
   d["verdict"] = diagnosis.verdict;
@@ -133,6 +157,7 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
   d["baseline"] = baseline;
   d["ranking"] = ranking;
   d["steps"] = steps;
+  d["experiments"] = experiments;
   d["unexplained"] = unexplained;
   d["withdrawn"] = diagnosis.withdrawn;
   d["sentences"] = diagnosis.sentences;
@@ -250,12 +275,15 @@ void bindValidation(py::module_& m) {
           const py::gil_scoped_release release;
           diagnosis = diagnose(model, dataset, options);
         }
-        return py::make_tuple(diagnosisDict(diagnosis), diagnosis.adopted);
+        py::dict found = diagnosisDict(diagnosis);
+        py::dict rivals;
+        for (auto& [effect, model] : diagnosis.rivals) rivals[py::str(effect)] = std::move(model);
+        return py::make_tuple(found, diagnosis.adopted, rivals);
       },
       py::arg("model"), py::arg("dataset"), py::arg("candidates") = std::vector<std::string>(),
       py::arg("threads") = 0, py::arg("most_steps") = 3,
       py::arg("progress") = py::none(),
-      "The diagnosis as of amb-diagnosis/1, and the model with all its steps.");
+      "The diagnosis as of amb-diagnosis/1, the model with all its steps, and the models of its experiments by effect.");
 }
 
 }  // namespace amb_rotor

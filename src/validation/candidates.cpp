@@ -38,13 +38,16 @@ constexpr double settled_share = 0.25;
 /// Prior standard deviations by which a refitted nuisance must be off for candidates to start from the belief too.
 constexpr double far_from_belief = 2.5;
 
-/// Whether some parameters of an effect leave the model as it is, so that a fit can only gain.
+}  // namespace
+
 bool isNested(const std::string& effect) {
   if (effect == "foundation_resonance") return false;
   const auto& parameters = effectCatalogue().find(effect)->parameters;
   return std::all_of(parameters.begin(), parameters.end(),
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
+
+namespace {
 
 /// An effect's amplitudes by a share, within their limits.
 void scaleAmplitudes(EffectSetting& effect, double share) {
@@ -83,11 +86,6 @@ std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior
 }
 
 }  // namespace
-
-bool needsContact(const std::string& effect) {
-  const EffectSchema* schema = effectCatalogue().find(effect);
-  return schema != nullptr && schema->needs_contact;
-}
 
 Settings Trial::effects() const {
   Settings out = space->fitted();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/start_screen.hpp"
@@ -31,7 +32,8 @@ struct Trial {
   Eigen::VectorXd nuisance() const { return fit.x.head(space->nuisances()); }
 };
 
-bool needsContact(const std::string& effect);
+/// Whether some parameters of an effect leave the model as it is, so that a fit can only gain.
+bool isNested(const std::string& effect);
 
 /// What candidates are measured against: the model without them, through the runs that count for them.
 struct References {

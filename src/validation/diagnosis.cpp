@@ -10,6 +10,8 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 #include "candidates.hpp"
+#include "pairs.hpp"
+#include "proposals.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -38,6 +40,9 @@ double excess(const CandidateErrors& errors) {
   return error < 0.0 ? 0.0 : std::max(0.0, error * error - 1.0);
 }
 
+/// Effects adopted at most where a pair comes on top of the steps.
+constexpr int most_adopted = 4;
+
 std::string twoPlaces(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -49,8 +54,15 @@ std::vector<std::string> sentencesOf(const Diagnosis& d) {
   std::vector<std::string> out;
   out.push_back("On the runs to validate, the believed model stands at " + twoPlaces(d.baseline.validation_error) +
                 " times the noise, all its uncertain numbers refitted.");
-  for (const auto& step : d.steps)
-    out.push_back("With " + step.added + " it stands at " + twoPlaces(step.errors.validation_error) + ".");
+  std::string together;
+  for (const auto& step : d.steps) {
+    together += step.added;
+    if (step.only_with_next)
+      together += " and, neither of them alone, ";
+    else
+      out.push_back("With " + together + " it stands at " + twoPlaces(step.errors.validation_error) + ".");
+    if (!step.only_with_next) together.clear();
+  }
   for (const auto& name : d.withdrawn)
     out.push_back(name + (d.steps.empty() ? " only bends towards what is missing: a law of a few terms leaves less than it does."
                                           : " was adopted on the way and is needless beside the others."));
@@ -91,7 +103,7 @@ class Diagnoser {
     names_ = options.candidates;
     if (names_.empty())
       for (const auto& schema : effectCatalogue().all())
-        if (!schema.hypothesis) names_.push_back(schema.id);
+        if (!schema.only_by_name) names_.push_back(schema.id);
   }
 
   Diagnosis run();
@@ -112,6 +124,7 @@ class Diagnoser {
   Unexplained unexplainedBy(const Trial& trial) const;
   void preferLaw(Diagnosis& out);
   void scaleToAllWindows(CandidateErrors& errors);
+  bool adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out);
 
   Candidates candidates_;
   DiagnosisOptions options_;
@@ -256,6 +269,7 @@ bool Diagnoser::withdraw(Diagnosis& out) {
     if (candidates_.evidence(joint_, without) > least_evidence) continue;
     out.withdrawn.push_back(adopted_[i].id);
     out.steps.erase(out.steps.begin() + static_cast<long>(i));
+    if (i > 0) out.steps[i - 1].only_with_next = false;
     adopt(rest, without, out);
     return true;
   }
@@ -289,6 +303,26 @@ void Diagnoser::preferLaw(Diagnosis& out) {
   out.unexplained = law;
 }
 
+/// Two effects that only help together.
+bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out) {
+  std::vector<PairTrial> pairs = tryPairs(candidates_, trials, adopted_, references_, [&](const std::string& names) {
+    progress(share - 0.02, "together: " + names);
+  });
+  for (auto& pair : pairs) {
+    pair.trial.errors = candidates_.judge(pair.trial, pair.contact, false);
+    if (pair.trial.evidence < 2.0 * least_evidence || !earns(pair.trial)) continue;
+    out.steps.push_back({pair.first, {}, {}});
+    out.steps.back().errors = errors_;
+    out.steps.back().only_with_next = true;
+    out.steps.push_back({pair.second, {}, {}});
+    adopt(pair.trial.effects(), pair.trial, out);
+    while (withdraw(out)) {
+    }
+    return true;
+  }
+  return false;
+}
+
 Diagnosis Diagnoser::run() {
   const auto begin = std::chrono::steady_clock::now();
   Diagnosis out;
@@ -303,10 +337,15 @@ Diagnosis Diagnoser::run() {
     const std::vector<Trial> trials = screen(from, to);
     if (step == 0) rank(trials, out);
     const auto chosen = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return earns(t); });
-    if (chosen == trials.end()) break;
+    if (chosen == trials.end()) {
+      if (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, out)) break;
+      if (clean()) break;
+      continue;
+    }
     progress(to - 0.02, "refit with " + chosen->effect);
     out.steps.push_back({chosen->effect, {}, {}});
     adopt(chosen->effects(), *chosen, out);
+    if (step == 0) proposeExperiments(candidates_, trials, chosen->effect, out);
     if (step == 0)
       for (auto& c : out.ranking)
         if (c.effect == chosen->effect) {

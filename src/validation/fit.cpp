@@ -8,6 +8,8 @@
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/effects/force_law.hpp"
+#include "amb_rotor/model/effect_file.hpp"
 
 namespace amb_rotor {
 
@@ -47,6 +49,10 @@ bool FitProblem::dependsOnAngle(const Model& model) const {
   for (const auto& effect : model.effects) {
     const EffectSchema* schema = effectCatalogue().find(effect.id);
     if (effect.id == "couple_unbalance") continue;  // no force at standstill
+    if (schema->law != nullptr && schema->law->reads(EffectLaw::angle)) return true;
+    if (effect.id == "force_law")
+      for (int term = 0; term < effects::ForceLaw::term_count; ++term)
+        if (effects::ForceLaw::readsAngle(term) && effect.values[term] != 0.0) return true;
     for (const auto& p : schema->parameters)
       if (p.role == ParameterRole::phase) return true;
   }

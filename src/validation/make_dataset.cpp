@@ -11,6 +11,7 @@
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/yaml_document.hpp"
 #include "make_dataset_parts.hpp"
 
@@ -42,8 +43,8 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
     if (count < 0) names.push_back(hiddenLaws()[dice.pick(static_cast<int>(hiddenLaws().size()))]);
     while (static_cast<int>(names.size()) < count) {
       const std::string& id = all[dice.pick(static_cast<int>(all.size()))].id;
-      // a law by terms is a hypothesis, not something that is in a rig
-      if (std::find(names.begin(), names.end(), id) == names.end() && !effectCatalogue().find(id)->hypothesis)
+      const EffectSchema& schema = *effectCatalogue().find(id);
+      if (std::find(names.begin(), names.end(), id) == names.end() && !schema.only_by_name && schema.law == nullptr)
         names.push_back(id);
     }
   }
@@ -51,7 +52,7 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
     if (name == "none") continue;
     if (lawOf(name) != Law::none) {
       secret.law = name;
-    } else if (effectCatalogue().find(name) != nullptr && !effectCatalogue().find(name)->hypothesis) {
+    } else if (effectCatalogue().find(name) != nullptr && !effectCatalogue().find(name)->only_by_name) {
       secret.effects.push_back(name);
     } else {
       auto known = hiddenLaws();
@@ -61,7 +62,7 @@ Secret drawSecret(Dice& dice, const MakeDatasetOptions& options) {
     secret.strengths.push_back(options.strength > 0.0 ? options.strength : dice.logUniform(2.0, 20.0));
   }
   secret.contact = options.contact || (options.effects.empty() && dice.chance(0.3));
-  for (const auto& id : secret.effects) secret.contact = secret.contact || actsInContact(id);
+  for (const auto& id : secret.effects) secret.contact = secret.contact || needsContact(id);
   return secret;
 }
 
@@ -267,7 +268,16 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
   made.truth = machine.model;
   made.law = secret.law;
   made.depends_on = lawDependsOn(machine.law.law);
-  made.verdict = !secret.law.empty() ? "unknown" : clean ? "none" : "effect";
+  bool own = false;  // effects of files: no diagnosis knows them that is not told
+  for (const auto& id : secret.effects) {
+    const auto law = effectLaw(id);
+    if (law == nullptr) continue;
+    own = true;
+    for (const auto& quantity : law->dependsOn())
+      if (std::find(made.depends_on.begin(), made.depends_on.end(), quantity) == made.depends_on.end())
+        made.depends_on.push_back(quantity);
+  }
+  made.verdict = own || !secret.law.empty() ? "unknown" : clean ? "none" : "effect";
   writeDescription(folder, "blind-" + std::to_string(seed), made.belief, noise, plans);
   writeTruth(folder, made, machine.law, seed);
   return true;

@@ -102,11 +102,6 @@ std::vector<std::string> lawDependsOn(Law law) {
   return law == Law::none ? std::vector<std::string>{} : std::vector<std::string>{"position"};
 }
 
-bool actsInContact(const std::string& effect) {
-  const EffectSchema* schema = effectCatalogue().find(effect);
-  return schema != nullptr && schema->needs_contact;
-}
-
 EffectDraw drawEffect(Dice& dice, const std::string& id) {
   EffectDraw draw;
   draw.id = id;
@@ -124,7 +119,7 @@ EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& tru
   const double net = netStiffness(truth);
   const double arm = rig.planes.amb[1];
   const auto made = [&]() -> std::vector<double> {
-    if (actsInContact(id)) return contactValues(draw, size, truth);
+    if (needsContact(id)) return contactValues(draw, size, truth);
     if (id == "couple_unbalance" || id == "shaft_bow" || id == "shaft_crack" || id == "sensor_runout")
       return rotatingValues(draw, size, truth);
     if (id == "magnetic_nonlinearity" || id == "magnetic_saturation" || id == "current_saturation" ||
@@ -151,6 +146,13 @@ EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& tru
     if (id == "foundation_resonance")
       return {rig.rotor.mass_kg * between(draw, 0, 8.0, 25.0) / std::max(size, 0.05), between(draw, 1, 25.0, 140.0),
               between(draw, 2, 0.015, 0.08)};
+    const EffectSchema& schema = *effectCatalogue().find(id);
+    if (schema.law != nullptr) {  // of a file: from where it does nothing towards what the file takes as typical
+      std::vector<double> values;
+      for (const auto& p : schema.parameters)
+        values.push_back(std::isfinite(p.neutral) ? p.neutral + size * (p.typical - p.neutral) : p.typical);
+      return values;
+    }
     AMB_ROTOR_CHECK(id == "spin_drag", "every effect of the catalogue can be drawn");
     return {0.02 * size, 0.0};
   };

@@ -97,7 +97,6 @@ EffectDraw drawEffect(Dice& dice, const std::string& id);
 /// @param peak_current_A  largest control current in the runs of the machine without effects
 EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& truth, double peak_current_A);
 HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& truth);
-bool actsInContact(const std::string& effect);
 
 /// make_dataset_write.cpp
 struct ChannelNoise {

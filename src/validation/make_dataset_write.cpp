@@ -162,9 +162,10 @@ void writeTruth(const std::string& folder, const MadeDataset& made, const Hidden
   }
   out += "}\nverdict: " + made.verdict + "\ndifference: " + text(made.difference, "%.4g") +
          "\nseed: " + std::to_string(seed) + "\n";
-  if (law.law != Law::none) {
-    out += "law: {name: " + made.law + ", amount: " + numberText(law.amount) + ", second: " + numberText(law.second) +
-           "}\ndepends_on: [";
+  if (law.law != Law::none)
+    out += "law: {name: " + made.law + ", amount: " + numberText(law.amount) + ", second: " + numberText(law.second) + "}\n";
+  if (!made.depends_on.empty()) {
+    out += "depends_on: [";
     for (std::size_t i = 0; i < made.depends_on.size(); ++i) out += (i > 0 ? ", " : "") + made.depends_on[i];
     out += "]\n";
   }

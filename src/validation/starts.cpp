@@ -87,6 +87,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     reason = "no run holds contact";
     return {};
   }
+  if (schema.law != nullptr) return startsOfOwnEffect(schema);
   const bool rotating = anyTurning(recordings);
   static const char* const turning[] = {"couple_unbalance", "gyroscopic_coupling", "cross_coupled_stiffness",
                                         "spin_drag", "shaft_crack", "shaft_bow", "sensor_runout"};

@@ -13,9 +13,12 @@ core = pytest.importorskip("amb_rotor._core")
 from amb_rotor import cli, new_effect  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-HYPOTHESIS = {p["name"]: p for e in core.effect_catalogue() if e["id"] == "force_law" for p in e["parameters"]}
-# position [m], velocity [m/s], current [A], angle [rad], speed [rad/s]
-PLACES = [((3e-5, -2e-5), (0.02, 0.01), (0.4, -0.1), 0.7, 300.0), ((-1e-5, 4e-5), (-0.001, 0.03), (-1.2, 0.6), 2.9, -150.0)]
+LAW = [p for e in core.effect_catalogue() if e["id"] == "force_law" for p in e["parameters"]]
+HYPOTHESIS = {p["name"]: p for p in LAW if not p["fixed"]}
+FREQUENCY_HZ = 37.0
+# position [m], velocity [m/s], current [A], angle [rad], speed [rad/s], time [s]
+PLACES = [((3e-5, -2e-5), (0.02, 0.01), (0.4, -0.1), 0.7, 300.0, 0.37),
+          ((-1e-5, 4e-5), (-0.001, 0.03), (-1.2, 0.6), 2.9, -150.0, 1.21)]
 THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10},
          {"term": "velocity_sign_N", "coefficient": -0.3, "std": 0.01},
          {"term": "twice_sine_N", "coefficient": 0.8, "std": 0.02}]
@@ -23,7 +26,7 @@ THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10}
 
 def write_diagnosis(folder: pathlib.Path, terms: list[dict]) -> pathlib.Path:
     folder.mkdir()
-    unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93}
+    unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93, "frequency_hz": FREQUENCY_HZ}
     (folder / "diagnosis.json").write_text(json.dumps(
         {"format": "amb-diagnosis/1", "verdict": "unknown", "unexplained": unexplained, "dataset": {"name": "rig-07"}}))
     for name in ("model.yaml", "adopted.yaml"):
@@ -32,12 +35,12 @@ def write_diagnosis(folder: pathlib.Path, terms: list[dict]) -> pathlib.Path:
 
 
 def force(effect: str, values: list[float], place) -> tuple[float, float]:
-    return core.bearing_force(effect, values, *place, 0.0)
+    return core.bearing_force(effect, values, *place)
 
 
 def hypothesis_force(terms: list[dict], place) -> tuple[float, float]:
     values = dict.fromkeys(HYPOTHESIS, 0.0) | {row["term"]: row["coefficient"] for row in terms}
-    return force("force_law", list(values.values()), place)
+    return force("force_law", [*values.values(), FREQUENCY_HZ], place)
 
 
 def test_every_term_of_the_hypothesis_is_known():
@@ -49,13 +52,14 @@ def test_every_term_of_the_hypothesis_is_known():
 def test_a_term_as_formula_is_the_force_of_the_hypothesis(term, tmp_path):
     terms = [{"term": term, "coefficient": HYPOTHESIS[term]["typical"]}]
     path = tmp_path / "effect.yaml"
-    path.write_text(new_effect.yaml_file(f"proposed_{term}", terms, "of a test", []))
+    path.write_text(new_effect.yaml_file(f"proposed_{term}", terms, "of a test", [], FREQUENCY_HZ))
     assert core.load_effect(str(path))["id"] == f"proposed_{term}"
     for place in PLACES:
         exact = hypothesis_force(terms, place)
         assert max(map(abs, exact)) > 0.0
         # roundings of some ten operations; the 1e-24 under the root of force_law's |p| is 1e-15 of it here
-        assert force(f"proposed_{term}", [terms[0]["coefficient"]], place) == pytest.approx(exact, rel=1e-12, abs=1e-15)
+        values = [row["typical"] for row in new_effect.parameters(terms, FREQUENCY_HZ)]
+        assert force(f"proposed_{term}", values, place) == pytest.approx(exact, rel=1e-12, abs=1e-15)
 
 
 def test_new_effect_writes_what_can_be_read(tmp_path, capsys):
@@ -95,7 +99,8 @@ MAIN = """
 using namespace amb_rotor;
 int main() {
   const Rig<double> rig;
-  const Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  shaft.time = 0.37;
   std::vector<double> values;
   for (const auto& p : effects::Grease::schema().parameters) values.push_back(p.typical);
   Vec2<double> force;
@@ -106,20 +111,38 @@ int main() {
 """
 
 
+def flags_of(folder: pathlib.Path) -> list[str]:
+    """As the program is compiled, with all warnings as errors."""
+    return ["g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'include'}", f"-I{folder}",
+            "-I/usr/include/eigen3", "-DEIGEN_MAX_ALIGN_BYTES=16"]
+
+
+def compiled_force(folder: pathlib.Path) -> list[float]:
+    subprocess.run([*flags_of(folder), str(folder / "main.cpp"), "-o", str(folder / "main")], check=True)
+    printed = subprocess.run([folder / "main"], check=True, capture_output=True, text=True).stdout
+    return [float(x) for x in printed.split()]
+
+
 @pytest.mark.slow
 def test_the_cpp_is_the_same_force(tmp_path):
     folder = write_diagnosis(tmp_path / "diagnosis", THREE)
     assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path), "--cpp"]) == 0
     (tmp_path / "main.cpp").write_text(MAIN)
-    # as the program is compiled, with all warnings as errors; the test that is to be completed too
-    flags = ["g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", f"-I{ROOT / 'include'}", f"-I{tmp_path}",
-             "-I/usr/include/eigen3", "-DEIGEN_MAX_ALIGN_BYTES=16"]
-    subprocess.run([*flags, str(tmp_path / "main.cpp"), "-o", str(tmp_path / "main")], check=True)
-    printed = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout
-    assert [float(x) for x in printed.split()] == pytest.approx(hypothesis_force(THREE, PLACES[0]), rel=1e-12)
+    assert compiled_force(tmp_path) == pytest.approx(hypothesis_force(THREE, PLACES[0]), rel=1e-12)
     test = (tmp_path / "effect_grease.cpp").read_text().replace("amb_rotor/effects/grease.hpp", "grease.hpp")
     (tmp_path / "effect_grease.cpp").write_text(test)
-    subprocess.run([*flags, "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
+    subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
+
+
+@pytest.mark.slow
+def test_every_term_is_the_same_force_in_cpp(tmp_path):
+    # the least of them is 1e-5 of the sum, roundings are 1e-15 of it
+    every = [{"term": name, "coefficient": p["typical"]} for name, p in HYPOTHESIS.items()]
+    (tmp_path / "grease.hpp").write_text(new_effect.cpp_header("grease", every, "of a test", FREQUENCY_HZ))
+    (tmp_path / "main.cpp").write_text(MAIN)
+    assert compiled_force(tmp_path) == pytest.approx(hypothesis_force(every, PLACES[0]), rel=1e-12)
+    for row in every:
+        assert max(map(abs, hypothesis_force([row], PLACES[0]))) > 1e-6 * max(map(abs, hypothesis_force(every, PLACES[0])))
 
 
 @pytest.mark.slow

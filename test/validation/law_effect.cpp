@@ -6,6 +6,7 @@
 
 #include "../support/made_sets.hpp"
 #include "../support/models.hpp"
+#include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/validation/diagnosis.hpp"
 
@@ -67,9 +68,9 @@ TEST(LawEffectTest, AtTheBearingsItIsTheEffectThatSaysTheSame) {
   known("test_cubic", "magnetic_bearings", {"c", "q"}, "c * (x^2 + y^2) * x - q * speed * y",
         "c * (x^2 + y^2) * y + q * speed * x");
   const Model base = withUnbalance(levitated(), 4e-5, 0.3, 0.02);
-  std::vector<double> terms(16, 0.0);
-  terms[2] = -2e13;
-  terms[7] = 40.0;
+  std::vector<double> terms(effects::ForceLaw::term_count + 1, 0.0);
+  terms[effects::ForceLaw::position_cube] = -2e13;
+  terms[effects::ForceLaw::cross_speed] = 40.0;
   const Model hand = with(base, "force_law", terms), law = with(base, "test_cubic", {-2e13, 40.0});
   EXPECT_GT(difference(base, hand, lively()), 0.01) << "it changes the motion";
   EXPECT_LT(difference(hand, law, lively()), roundings);

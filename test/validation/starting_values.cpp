@@ -68,7 +68,7 @@ TEST(StartingValuesTest, EveryEffectStartsInsideItsLimits) {
   const std::vector<Recording> all = {recording(RunKind::steady, false), recording(RunKind::drop, false)};
   int effects = 0;
   for (const EffectSchema& schema : effectCatalogue().all()) {
-    if (schema.hypothesis) continue;
+    if (schema.only_by_name) continue;
     const auto values = starts(schema.id, belief(), all);
     ASSERT_FALSE(values.empty()) << schema.id;
     ++effects;
@@ -160,6 +160,39 @@ TEST(StartingValuesTest, TheBendingShapeIsThatOfAFreeBeam) {
     EXPECT_GT(start[6], start[4]) << "further out";
     EXPECT_NEAR(start[8] / scale, -0.6078, 1e-4) << "the middle moves the other way";
   }
+}
+
+TEST(StartingValuesTest, AnEffectOfOnesOwnStartsAtSeveralPlacesOfItsShape) {
+  EffectSchema schema;
+  schema.id = "own";
+  const auto add = [&](const char* name, double lower, double upper, double typical, double neutral, ParameterRole role) {
+    schema.parameters.push_back({name, "1", lower, upper, typical, neutral, role, "m"});
+  };
+  add("size", -1e30, 1e30, 4.0, 0.0, ParameterRole::plain);
+  add("width", 1e-6, 1e-3, 1e-5, std::nan(""), ParameterRole::plain);
+  add("plane", -0.2, 0.2, 0.1, std::nan(""), ParameterRole::fixed);
+  const auto all = startsOfOwnEffect(schema);
+  EXPECT_EQ(all[0], (std::vector<double>{0.0, 1e-5, 0.1})) << "first where it does nothing";
+  std::vector<double> widths;
+  bool typical = false, turned = false;
+  for (const auto& start : all) {
+    ASSERT_EQ(start.size(), 3u);
+    EXPECT_EQ(start[2], 0.1) << "what is fixed stays";
+    typical = typical || start[0] == 4.0;
+    turned = turned || start[0] == -4.0;
+    if (start[0] == 0.0) widths.push_back(start[1]);
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      EXPECT_GE(start[i], schema.parameters[i].lower);
+      EXPECT_LE(start[i], schema.parameters[i].upper);
+    }
+  }
+  EXPECT_TRUE(typical && turned);
+  ASSERT_GE(widths.size(), 5u);
+  std::sort(widths.begin(), widths.end());
+  EXPECT_GT(widths.back() / widths.front(), 100.0) << "by ratios across three decades";
+  auto sorted = all;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(std::adjacent_find(sorted.begin(), sorted.end()), sorted.end());
 }
 
 }  // namespace

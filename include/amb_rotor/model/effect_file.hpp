@@ -36,6 +36,11 @@ struct EffectLaw {
   std::string physics;             ///< what a model's hash counts: place and formulas
   std::string definition;          ///< the whole file as YAML text
 
+  /// Whether its formulas read a quantity.
+  bool reads(Quantity quantity) const;
+  /// What it depends on, in a diagnosis' words: position, velocity, control current, shaft angle, spin speed, time.
+  std::vector<std::string> dependsOn() const;
+
   /// Fills the quantities of `variables` in front of the call, the where-values here; gives both components.
   template <class S>
   Vec2<S> evaluate(S* variables) const {

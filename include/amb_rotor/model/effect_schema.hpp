@@ -37,7 +37,7 @@ struct EffectSchema {
   std::string excited_by;  ///< the data that can show it, in words
   std::vector<ParameterSchema> parameters;
   bool needs_contact = false;  ///< cannot be seen without contact
-  bool hypothesis = false;     ///< a law by terms, or a finer form of another effect: no candidate of the ranking
+  bool only_by_name = false;   ///< in no ranking and no drawn rig, unless it is asked for: a law by terms, a finer form of another
   std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
   std::shared_ptr<const EffectLaw> law = nullptr;  ///< of an effect that a file defines
 

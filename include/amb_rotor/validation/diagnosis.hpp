@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "amb_rotor/model/scenario.hpp"
 #include "amb_rotor/validation/compare.hpp"
 
 namespace amb_rotor {
@@ -25,10 +26,23 @@ struct Candidate {
   std::string note;
 };
 
+/// A run that would part two effects which the runs to fit hardly part: validation/experiments.hpp.
+struct Experiment {
+  std::string effect, against;  ///< candidates of the ranking
+  std::string name;             ///< e.g. slow_roll
+  std::string what;             ///< in words
+  Scenario scenario;
+  double gravity_m_s2 = 0.0;    ///< of the rig in it
+  std::vector<Unbalance<double>> trial_weights;  ///< beside the rig's unbalance
+  double separation = 0.0;      ///< what the worse of the two leaves there after its own refit, over the noise, rms
+  double evidence = 0.0;        ///< expected natural logarithm of the odds for the true one
+};
+
 struct DiagnosisStep {
   std::string added;
   std::vector<FittedParameter> parameters;
   CandidateErrors errors;
+  bool only_with_next = false;  ///< it earns its place only together with the step after it; `errors` are those before
 };
 
 struct HypothesisTerm {
@@ -40,6 +54,7 @@ struct Unexplained {
   std::vector<std::string> depends_on;  ///< position, velocity, spin speed, shaft angle, control current, time
   std::string shape;
   std::vector<HypothesisTerm> terms;    ///< at most three; a hypothesis
+  double frequency_hz = 0.0;            ///< of terms that repeat in time; 0: none
   double held_out_gain = 0.0;           ///< share of the unexplained error that the terms take away on held-out runs
 };
 
@@ -49,6 +64,8 @@ struct Diagnosis {
   CandidateErrors baseline;
   std::vector<FittedParameter> nuisance;
   std::vector<Candidate> ranking;
+  std::vector<Experiment> experiments;  ///< for each confounded pair, best first
+  std::map<std::string, Model> rivals;  ///< of the candidates in `experiments`, as fitted
   std::vector<DiagnosisStep> steps;
   std::vector<std::string> withdrawn;   ///< adopted on the way, needless beside what was adopted later
   Unexplained unexplained;

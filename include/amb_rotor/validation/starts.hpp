@@ -3,6 +3,7 @@
 // places, of which the fit keeps the best.
 #include <vector>
 
+#include "amb_rotor/model/effect_schema.hpp"
 #include "amb_rotor/validation/recording.hpp"
 
 namespace amb_rotor {
@@ -11,6 +12,11 @@ namespace amb_rotor {
 /// (reason: why).
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason);
+
+/// Starting parameter sets of an effect of one's own: where it does nothing (its sizes then follow from the residual in
+/// the first step of a fit), at several places of the range of each number that has no such value (a width, an exponent, a
+/// phase), and at what its file calls typical, with both signs where the limits allow them.
+std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 
 /// Narrows a parameter's range to what is physical on this rig, e.g. a mount that is lighter than the rotor. A soft or
 /// stuck mount would otherwise stand wherever a window through contact likes it best.

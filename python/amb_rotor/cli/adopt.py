@@ -70,7 +70,7 @@ def _chosen(folder: pathlib.Path, diagnosis: dict, effects: list[str], dataset):
     steps = []
     for effect in effects:
         with Bar(f"fitting {effect}") as bar:
-            found, adopted = _core.diagnose(belief, dataset, candidates=[effect], most_steps=1, progress=bar)
+            found, adopted, _ = _core.diagnose(belief, dataset, candidates=[effect], most_steps=1, progress=bar)
         if not found["steps"]:
             raise InputError(f"--effect {effect}: earns nothing on the held-out runs beside the others")
         belief = adopted

@@ -15,7 +15,6 @@ EXAMPLE = "amb bench-diagnosis --sets 30 --jobs 2 --keep out/bench"
 CLEAN_SETS = 4   # in each round, beside every effect once, every hidden law once and
 PAIR_SETS = 6    # pairs of effects
 STRIDE = 100003  # between the seeds of two benches
-HYPOTHESES = {"force_law"}  # in the catalogue, but in no rig
 
 
 def add_arguments(parser) -> None:
@@ -34,7 +33,7 @@ def seed_of(seed: int, index: int) -> int:
 def hidden_in(index: int, seed: int, core) -> list[str]:
     """What set `index` hides: every effect once, clean sets, hidden laws, pairs; then again with other rigs."""
     import random
-    effects = [schema["id"] for schema in core.effect_catalogue() if schema["id"] not in HYPOTHESES]
+    effects = [schema["id"] for schema in core.effect_catalogue() if not schema["only_by_name"]]
     laws = list(core.hidden_laws())
     place = index % (len(effects) + CLEAN_SETS + len(laws) + PAIR_SETS)
     if place < len(effects):
@@ -195,7 +194,7 @@ def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, core) -> 
         diagnosis = _read(folder / "diagnosis.json")
         if diagnosis is None:
             dataset = core.read_dataset(str(folder))
-            diagnosis, _ = core.diagnose(dataset.belief, dataset, threads=threads)
+            diagnosis, *_ = core.diagnose(dataset.belief, dataset, threads=threads)
             _write(folder / "diagnosis.json", diagnosis)
     except InputError as error:
         return {**row, "failure": str(error)}

@@ -61,6 +61,9 @@ def print_diagnosis(diagnosis: dict) -> None:
             remarks.append("hardly parted from " + ", ".join(row["confounded_with"]))
         figures = f"{row['evidence']:9.1f} {row['validation_error']:9.3f}" if row["excited"] else f"{'-':>9} {'-':>9}"
         print(f"  {row['effect']:<32} {figures}  {'; '.join(remarks)}".rstrip())
+    for experiment in diagnosis.get("experiments", [])[:3]:
+        print(f"to part {experiment['effect']} from {experiment['against']}: {experiment['what']} "
+              f"(the wrong one leaves {experiment['separation']:.2g} times the noise)")
     unexplained = diagnosis["unexplained"]
     if unexplained["depends_on"]:
         print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}")
@@ -99,7 +102,7 @@ def single_model(model, effect: str, row: dict):
 
 
 def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
-    """Dataset, model, diagnosis and adopted model."""
+    """Dataset, model, diagnosis, adopted model, and the models of the experiments that it proposes."""
     from amb_rotor import _core
     from amb_rotor.cli.compare import Bar, load_model
     if _core.is_modes_dataset(str(folder)):
@@ -113,18 +116,20 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     dataset = _core.read_dataset(str(folder))
     model = load_model(model_path, args.overrides, dataset.belief)
     with Bar("diagnosing") as bar:
-        diagnosis, adopted = _core.diagnose(model, dataset, candidates=args.candidates,
-                                            threads=args.threads, most_steps=args.steps, progress=bar)
-    return dataset, model, diagnosis, adopted
+        diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
+                                                    threads=args.threads, most_steps=args.steps, progress=bar)
+    return dataset, model, diagnosis, adopted, rivals
 
 
-def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dict, adopted, stages: list) -> None:
+def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dict, adopted, stages: list, rivals: dict) -> None:
     """Writes the folder of a diagnosis. stages: (label, comparison) before, and after where an effect was found."""
+    from amb_rotor import experiments
     from amb_rotor.report import data, write_report
     diagnosis["dataset"] = {"name": dataset.name, "folder": str(folder.resolve())}
     diagnosis["model"] = {"name": model.name, "hash": model.hash}
 
     def fill(part: pathlib.Path) -> None:
+        experiments.write(part, out, diagnosis, rivals)
         text = json.dumps(common._plain(diagnosis), indent=2, allow_nan=False) + "\n"
         common.atomic_write(part / "diagnosis.json", text)
         model.write(str(part / "model.yaml"))
@@ -151,14 +156,14 @@ def run(args) -> int:
     folder = folder.parent if folder.name == "dataset.yaml" else folder
     out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
     may_replace(out)
-    dataset, model, diagnosis, adopted = diagnose(folder, args.model, args)
+    dataset, model, diagnosis, adopted, rivals = diagnose(folder, args.model, args)
     print_diagnosis(diagnosis)
     chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] else [])
     stages = []
     for label, one in chosen:
         with Bar(f"comparing {label}") as bar:
             stages.append((label, _core.compare(one, dataset, threads=args.threads, progress=bar)))
-    save(out, folder, dataset, model, diagnosis, adopted, stages)
+    save(out, folder, dataset, model, diagnosis, adopted, stages, rivals)
     common.write_json(args, diagnosis)
     common.report_line(out / "report.html")
     return 0

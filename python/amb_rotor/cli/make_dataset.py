@@ -15,6 +15,8 @@ def add_arguments(parser) -> None:
     parser.add_argument("--effect", nargs="+", default=[], metavar="ID",
                         help="effects of the catalogue to hide, a law of no catalogue (quadratic_damping, "
                              "cubic_stiffness, sensor_dead_zone, hum), or none (default: drawn)")
+    parser.add_argument("--effect-file", metavar="FILE", action="append", default=[], dest="effect_files",
+                        help="an effect of one's own (format amb-effect/1) that --effect may name; may be repeated")
     parser.add_argument("--strength", type=float, default=0.0, metavar="S",
                         help="what the effect changes, over the noise, rms (default: drawn from 2 to 20)")
     parser.add_argument("--contact", action="store_true", help="with rubs and drops, also where no effect needs them")
@@ -30,6 +32,8 @@ def run(args) -> int:
         raise InputError("--seed: must be from 0")
     if args.strength < 0.0:
         raise InputError("--strength: must be from 0")
+    for file in args.effect_files:
+        _core.load_effect(str(common.input_path(file)))
     made = _core.make_dataset(args.seed, args.effect, args.strength, args.contact, str(folder))
     hidden = ", ".join(effect["effect"] for effect in made["effects"]) or made["law"] or "nothing"
     print(f"hidden: {hidden}; changes the runs by {made['difference']:.1f} times their noise; "

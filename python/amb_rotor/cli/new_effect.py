@@ -46,7 +46,7 @@ def run(args) -> int:
     from amb_rotor.cli.adopt import read_diagnosis
     check_name(args.name)
     folder, diagnosis = read_diagnosis(args.diagnosis)
-    terms = diagnosis["unexplained"]["terms"]
+    terms, frequency = diagnosis["unexplained"]["terms"], diagnosis["unexplained"].get("frequency_hz")
     if not terms:
         raise InputError(f"{folder}: the verdict is {diagnosis['verdict']}, and no law is proposed; there is nothing to "
                          "make an effect of")
@@ -57,12 +57,12 @@ def run(args) -> int:
     out.mkdir(parents=True, exist_ok=True)
     summary = f"force at the bearings from {', '.join(diagnosis['unexplained']['depends_on'])}, proposed by a diagnosis"
     path = out / f"{args.name}.yaml"
-    write_new(path, new_effect.yaml_file(args.name, terms, summary, remarks_of(folder, diagnosis)))
+    write_new(path, new_effect.yaml_file(args.name, terms, summary, remarks_of(folder, diagnosis), frequency))
     _core.read_effect(str(path))  # what is written can be read
     written = [path]
     if args.cpp:
-        for name, text in ((f"{args.name}.hpp", new_effect.cpp_header(args.name, terms, summary)),
-                           (f"effect_{args.name}.cpp", new_effect.cpp_test(args.name, terms))):
+        for name, text in ((f"{args.name}.hpp", new_effect.cpp_header(args.name, terms, summary, frequency)),
+                           (f"effect_{args.name}.cpp", new_effect.cpp_test(args.name, terms, frequency))):
             write_new(out / name, text)
             written.append(out / name)
         print(f"C++: {args.name}.hpp goes to include/amb_rotor/effects/ with its line in all.hpp, effect_{args.name}.cpp to "

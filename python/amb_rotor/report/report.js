@@ -91,7 +91,8 @@
     add(head, "div", verdict, "verdict " + kind);
     const said = add(head, "ul", null, "said");
     const sentences = diagnosis && diagnosis.sentences.length ? diagnosis.sentences.slice() : [];
-    if (!sentences.length && first && first.errors.worst) sentences.push(first.errors.worst);
+    // where it fails comes first: the sentences of the model as it stood before
+    if (first && first.errors.worst) sentences.unshift(...first.errors.worst.split(/(?<=\.) (?=[A-Z])/));
     if (diagnosis && diagnosis.verdict === "effect" && diagnosis.steps.length) {
       const end = diagnosis.steps[diagnosis.steps.length - 1];
       sentences.push("On runs that were not used to choose or to fit, the error falls from " +
@@ -99,7 +100,7 @@
       const named = diagnosis.ranking.find(r => r.effect === diagnosis.steps[0].added);
       if (named && named.confounded_with.length)
         sentences.push("These runs hardly part it from " + named.confounded_with.map(words).join(", ") +
-          (named.experiment ? "; what would: " + named.experiment : "") + ".");
+          (named.experiment ? ". What would: " + named.experiment : "") + ".");
     }
     if (diagnosis && diagnosis.verdict === "unknown") {
       const u = diagnosis.unexplained;
@@ -330,11 +331,20 @@
     ], diagnosis.ranking.map(r => Object.assign({dim: r.excited === false || r.plausible === false}, r,
       r.excited === false ? {fit_error: null, validation_error: null, validation_error_free: null,
                              validation_error_contact: null, parameters: {}} : {})));
-    const experiments = diagnosis.ranking.filter(r => r.experiment);
-    if (experiments.length) {
-      add(add(s, "p"), "b", "Experiments that would part them");
+    const proposed = diagnosis.ranking.filter(r => r.experiment);
+    if (proposed.length) {
+      add(add(s, "p"), "b", "What would part them");
       const ul = add(s, "ul", null, "said");
-      experiments.forEach(r => add(ul, "li", words(r.effect) + ": " + r.experiment));
+      proposed.forEach(r => add(ul, "li", words(r.effect) + ", " + r.experiment));
+    }
+    const experiments = diagnosis.experiments || [];
+    if (experiments.length) {
+      const t = section("Experiments that would part them", "Simulated with both models; what the wrong one leaves after its own refit, " +
+        "over the noise, and the evidence to expect from it. The commands run both on the simulated rig.");
+      table(t, [{title: "effects", value: r => words(r.effect) + " or " + words(r.against)}, {title: "run", value: r => r.what},
+        {title: "left / noise", n: true, value: r => num(r.separation, 2)}, {title: "evidence", n: true, value: r => num(r.evidence, 3)}],
+        experiments);
+      add(t, "pre", experiments.flatMap(r => r.commands || []).join("\n"));
     }
     if (diagnosis.steps.length) {
       const t = section("Adopted, one after the other");

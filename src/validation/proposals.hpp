@@ -1,0 +1,12 @@
+#pragma once
+// What a diagnosis proposes to do about its confounded pairs.
+#include "candidates.hpp"
+
+namespace amb_rotor {
+
+/// Fills the experiments that part the effect chosen from those confounded with it, and the candidates'
+/// sentences.
+void proposeExperiments(const Candidates& candidates, const std::vector<Trial>& trials,
+                        const std::string& chosen, Diagnosis& out);
+
+}  // namespace amb_rotor

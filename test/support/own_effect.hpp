@@ -1,0 +1,27 @@
+#pragma once
+// Effects of files, put into the program's catalogue by a test.
+#include <string>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/effect_file.hpp"
+
+namespace amb_rotor {
+
+/// A force at the magnetic bearings with one number c, which is 0 where there is none.
+inline const EffectSchema& ownForce(const std::string& id, double typical, const std::string& x,
+                                    const std::string& y) {
+  const std::string text =
+      "format: amb-effect/1\neffect: " + id +
+      "\nsummary: \"of a test\"\nexcited_by: \"anything\"\nplace: magnetic_bearings\nparameters:\n"
+      "  - {name: c, unit: \"1\", lower: -1.0e+30, upper: 1.0e+30, typical: " +
+      std::to_string(typical) + ", neutral: 0.0, meaning: \"size\"}\nlaw:\n  force_x_N: \"" + x +
+      "\"\n  force_y_N: \"" + y + "\"\n";
+  FaultList faults(id);
+  const YamlNode document = parseYaml(text, faults);
+  YamlMap root(&document, "", faults);
+  const EffectSchema schema = readEffect(root, document);
+  faults.throwIfAny();
+  return *effectCatalogue().add(schema);
+}
+
+}  // namespace amb_rotor
