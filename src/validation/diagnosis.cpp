@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
@@ -122,6 +123,7 @@ class Diagnoser {
   bool clean() const;
   bool structured() const;
   Unexplained unexplainedBy(const Trial& trial) const;
+  bool lawLeavesLess(const Diagnosis& out);
   void preferLaw(Diagnosis& out);
   void scaleToAllWindows(CandidateErrors& errors);
   bool adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out);
@@ -132,6 +134,7 @@ class Diagnoser {
   Settings adopted_;
   References references_;
   Trial first_;             ///< the belief, as the baseline left it
+  std::optional<Unexplained> law_;  ///< beside it, where that was asked
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
   double sampled_error_ = -1.0;  ///< of the reference through contact on the windows of `judged_stride`; below 0: not known
@@ -289,18 +292,21 @@ Unexplained Diagnoser::unexplainedBy(const Trial& trial) const {
   return searchUnexplained(candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd());
 }
 
-/// Effects that leave more than a law of a few terms beside the belief alone have only bent towards something that the
-/// catalogue does not hold: they are taken back.
+/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far.
+bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
+  if (!(errors_.validation_error_free > structured_error)) return false;  // the law is sought in runs without contact
+  if (!law_) law_ = unexplainedBy(first_);
+  return !law_->terms.empty() && excess(out.baseline) * (1.0 - law_->held_out_gain) < law_margin * excess(errors_);
+}
+
+/// Such effects have only bent towards something that the catalogue does not hold: they are taken back.
 void Diagnoser::preferLaw(Diagnosis& out) {
-  if (!(errors_.validation_error_free > structured_error)) return;  // the law is sought in runs without contact
-  const Unexplained law = unexplainedBy(first_);
-  if (law.terms.empty() || excess(out.baseline) * (1.0 - law.held_out_gain) > law_margin * excess(errors_)) return;
   for (const auto& step : out.steps) out.withdrawn.push_back(step.added);
   out.steps.clear();
   adopted_.clear();
   joint_ = first_;
   errors_ = out.baseline;
-  out.unexplained = law;
+  out.unexplained = *law_;
 }
 
 /// Two effects that only help together.
@@ -356,10 +362,10 @@ Diagnosis Diagnoser::run() {
     }
     if (clean()) break;
     const double left = excess(errors_);
-    if (step > 0 && left > (1.0 - worthwhile_share) * before) break;  // a third would only bend further
+    if (step > 0 && left > (1.0 - worthwhile_share) * before && lawLeavesLess(out)) break;  // a third would only bend further
     before = left;
   }
-  if (structured() && !out.steps.empty()) preferLaw(out);
+  if (structured() && !out.steps.empty() && lawLeavesLess(out)) preferLaw(out);
   out.adopted = joint_.space->model(joint_.fit.x);
   if (structured()) {
     out.verdict = "unknown";
