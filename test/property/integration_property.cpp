@@ -9,6 +9,7 @@
 
 #include "../support/hybrid_systems.hpp"
 #include "../support/models.hpp"
+#include "amb_rotor/machine/basic_orbit.hpp"
 #include "amb_rotor/machine/event_stepper.hpp"
 
 namespace {
@@ -184,6 +185,17 @@ TEST(IntegrationProperty, NoAllocationInAStep) {
   integrator.advance(0.0, 5.0, y);
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GE(system.touches, 10);
+}
+
+TEST(IntegrationProperty, NoAllocationInARunOfTheBasicModel) {
+  BasicParameters<double> p;
+  p.frequency_ratio = 1.05;
+  const BasicOrbitOptions options;
+  const BasicState<double> start{1.0, 0.0, 0.0, 0.0};
+  const long before = allocations;
+  const BasicOrbit orbit = advanceBasic(p, start, 20, options);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GE(orbit.touch_downs, 5);
 }
 
 TEST(IntegrationProperty, NoAllocationInTheMachinesDerivatives) {
