@@ -8,7 +8,12 @@
 // mode that flip() changes, and the integrator is restarted at each root, which is how SUNDIALS advises to
 // treat them.
 #include <array>
+
+// odeint's generic steppers copy members that they set later
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
 #include <boost/numeric/odeint.hpp>
+#pragma GCC diagnostic pop
 #include <vector>
 #ifdef AMB_ROTOR_WITH_SUNDIALS
 #include <arkode/arkode_erkstep.h>
