@@ -8,8 +8,8 @@
 namespace amb_rotor {
 namespace {
 
-constexpr int m = LinearFlow::nodes;
-constexpr int iterations = 14;
+constexpr int points = LinearFlow::nodes;
+constexpr int flow_iterations = 14;
 /// Error of Gauss's rule for a force that begins as t^1.5 (Hertz): 1.2e-4 of its impulse, 4.8e-4 of what that
 /// moves, over the square of the third Legendre component's share of the mean, 0.027. For smooth forces the
 /// product is of order 6.
@@ -37,13 +37,13 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   moved_.setZero(std::max(size, rows));
   for (auto& k : kept_) k.setZero(rows);
   for (auto& d : drift_) d.setZero(rows);
-  free_.setZero((m + 1) * rows);
-  w_.setZero((m + 1) * rows);
+  free_.setZero((points + 1) * rows);
+  w_.setZero((points + 1) * rows);
   start_w_.setZero(rows);
-  u_.setZero(flow.inputs() * m);
+  u_.setZero(flow.inputs() * points);
   last_u_ = u_;
   before_ = w_;
-  guards_.setZero(m * ends);
+  guards_.setZero(points * ends);
   start_guards_.setZero(ends);
   const Eigen::MatrixXd& c = flow.outputMatrix();
   const int zeros = size - 2 * modes;
@@ -222,15 +222,15 @@ void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
   u_.setZero();
   for (int e = 0; e < ends; ++e) {
     if (mode[e] == 0) continue;
-    for (int i = 0; i < m; ++i) {
+    for (int i = 0; i < points; ++i) {
       double* u = &u_[LinearFlow::column(2 * e, i)];
       if (last_h_ <= 0.0) {
         contacts_.force(e, &free_[i * rows + per_end * e], u);
         continue;
       }
-      double weight[m];
+      double weight[points];
       LinearFlow::interpolation((last_ended_ ? 1.0 : 0.0) + x[i] * table.h / last_h_, weight);
-      for (int j = 0; j < m; ++j) {
+      for (int j = 0; j < points; ++j) {
         const double* last = &last_u_[LinearFlow::column(2 * e, j)];
         u[0] += weight[j] * last[0];
         u[1] += weight[j] * last[1];
@@ -243,7 +243,7 @@ void ContactFlow::push(const LinearFlow::Table& table, const int* mode, int poin
   Outputs w = Eigen::Map<const Outputs>(&free_[point * rows]);
   for (int e = 0; e < ends; ++e) {
     if (mode[e] == 0) continue;
-    for (int at = 2 * m * e; at < 2 * m * (e + 1); ++at)
+    for (int at = 2 * points * e; at < 2 * points * (e + 1); ++at)
       w += Eigen::Map<const Outputs>(&table.forced(point * rows, at)) * u_[at];
   }
   w_.segment<rows>(point * rows) = w;
@@ -252,8 +252,8 @@ void ContactFlow::push(const LinearFlow::Table& table, const int* mode, int poin
 bool ContactFlow::solve(const LinearFlow::Table& table, double time, const double* s, const int* mode) {
   const double* x = LinearFlow::abscissae();
   free_.noalias() = table.free * Eigen::Map<const Eigen::VectorXd>(s, flow_.size());
-  for (int i = 0; i <= m; ++i) {
-    const double t = (i < m ? x[i] : 1.0) * table.h;
+  for (int i = 0; i <= points; ++i) {
+    const double t = (i < points ? x[i] : 1.0) * table.h;
     double w[rows];
     keptUp(time + t, w);
     for (int o = 0; o < rows; ++o) free_[i * rows + o] += w[o] + t * (drift_[0][o] + t * drift_[1][o]);
@@ -261,9 +261,9 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
   guess(table, mode);
   // node by node, each with the forces of this pass where they are known
   double previous = 0.0;
-  for (int pass = 0; pass < iterations; ++pass) {
+  for (int pass = 0; pass < flow_iterations; ++pass) {
     double change = 0.0;
-    for (int i = 0; i < m; ++i) {
+    for (int i = 0; i < points; ++i) {
       double* w = &w_[i * rows];
       std::copy(w, w + rows, before_.data());
       push(table, mode, i);
@@ -280,7 +280,7 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
     change /= options_.tolerance;
     if (!std::isfinite(change)) return false;
     if (pass > 0 && change < converged) {
-      for (int i = 0; i <= m; ++i) push(table, mode, i);
+      for (int i = 0; i <= points; ++i) push(table, mode, i);
       return true;
     }
     if (pass > 2 && change > 0.7 * previous) return false;
@@ -290,21 +290,21 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
 }
 
 double ContactFlow::error(const LinearFlow::Table& table) {
-  static constexpr double weight[m] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-                                       0.17392742256872693};
+  static constexpr double weight[points] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                            0.17392742256872693};
   const double* x = LinearFlow::abscissae();
   const Outputs top = table.top * u_;
   // means and highest Legendre components of the forces, and what they would move if they were constant
   Outputs by_mean = Outputs::Zero(), by_third = Outputs::Zero();
   for (int input = 0; input < 2 * ends; ++input) {
     double mean = 0.0, third = 0.0;
-    for (int j = 0; j < m; ++j) {
+    for (int j = 0; j < points; ++j) {
       const double t = 2.0 * x[j] - 1.0, u = u_[LinearFlow::column(input, j)];
       mean += weight[j] * u;
       third += 7.0 * weight[j] * 0.5 * t * (5.0 * t * t - 3.0) * u;
     }
-    for (int j = 0; j < m; ++j) {
-      const Eigen::Map<const Outputs> k(&table.forced(m * rows, LinearFlow::column(input, j)));
+    for (int j = 0; j < points; ++j) {
+      const Eigen::Map<const Outputs> k(&table.forced(points * rows, LinearFlow::column(input, j)));
       by_mean += k * mean;
       by_third += k * third;
     }
@@ -313,7 +313,7 @@ double ContactFlow::error(const LinearFlow::Table& table) {
   for (int o = 0; o < rows; ++o) {
     const bool length = o % per_end < 2;
     const double scale =
-        std::max(length ? options_.length_scale : options_.speed_scale, std::abs(w_[m * rows + o]));
+        std::max(length ? options_.length_scale : options_.speed_scale, std::abs(w_[points * rows + o]));
     const double rough = std::abs(by_mean[o]) > 0.0 ? by_third[o] * by_third[o] / std::abs(by_mean[o]) : 0.0;
     // a component that is larger than the mean leaves nothing to square
     most = std::max(most,
@@ -328,7 +328,8 @@ void ContactFlow::take(const LinearFlow::Table& table, const int* mode, double* 
   Eigen::Map<Eigen::VectorXd> end(s, flow_.size());
   for (int e = 0; e < ends; ++e)
     if (mode[e] != 0)
-      end.noalias() += table.response.middleCols(2 * m * e, 2 * m) * u_.segment(2 * m * e, 2 * m);
+      end.noalias() +=
+          table.response.middleCols(2 * points * e, 2 * points) * u_.segment(2 * points * e, 2 * points);
 }
 
 void ContactFlow::drift(double t, double* s) const {
@@ -353,15 +354,15 @@ bool ContactFlow::findEvent(double h, const int* mode, int& event_end, double& l
   const double* x = LinearFlow::abscissae();
   double unused[2];
   for (int e = 0; e < ends; ++e) start_guards_[e] = std::max(0.0, guard(e, start_w_.data(), mode[e], unused));
-  for (int i = 0; i <= m; ++i) {
+  for (int i = 0; i <= points; ++i) {
     for (int e = 0; e < ends; ++e) {
       const double* w = &w_[i * rows];
-      const double g = mode[e] != 0 && i < m ? guards_[i * ends + e] : guard(e, w, mode[e], unused);
+      const double g = mode[e] != 0 && i < points ? guards_[i * ends + e] : guard(e, w, mode[e], unused);
       if (g < -threshold()) {
         event_end = e;
         low = i > 0 ? x[i - 1] * h : 0.0;
         low_guard = start_guards_[e];
-        high = (i < m ? x[i] : 1.0) * h;
+        high = (i < points ? x[i] : 1.0) * h;
         high_guard = g;
         return true;
       }
@@ -369,7 +370,7 @@ bool ContactFlow::findEvent(double h, const int* mode, int& event_end, double& l
     for (int e = 0; e < ends; ++e) {
       const double* w = &w_[i * rows];
       start_guards_[e] =
-          std::max(0.0, mode[e] != 0 && i < m ? guards_[i * ends + e] : guard(e, w, mode[e], unused));
+          std::max(0.0, mode[e] != 0 && i < points ? guards_[i * ends + e] : guard(e, w, mode[e], unused));
     }
   }
   return false;
@@ -385,9 +386,9 @@ bool ContactFlow::toEvent(double time, const double* s, const int* mode, int end
     own_.h = -1.0;
     flow_.build(t, own_);
     if (!solve(own_, time, s, mode)) return false;
-    const double g = guard(end, &w_[m * rows], mode[end], unused);
+    const double g = guard(end, &w_[points * rows], mode[end], unused);
     if (std::abs(g) <= threshold() || high - low < 1e-15) return true;
-    const double next = newton(end, &w_[m * rows], t, g);
+    const double next = newton(end, &w_[points * rows], t, g);
     if (g > 0.0) {
       low = t, low_guard = g;
     } else {

@@ -1,41 +1,44 @@
 #include "amb_rotor/integration/linear_flow.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "amb_rotor/common/check.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
 
-constexpr int m = LinearFlow::nodes;
+constexpr int flow_nodes = LinearFlow::nodes;
 /// Eigenvalues below this [1/s] are zero: what drifts freely; the slowest motion of a supported rotor is far
 /// above.
 constexpr double zero_below = 0.5;
 /// Error of A put together again, of its size: eigenvectors that nearly coincide show here.
-constexpr double largest_misfit = 1e-9;
+constexpr double largest_modal_misfit = 1e-9;
 
 struct Gauss {
-  double x[m] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
-  double weight[m] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
-  double lagrange[m][m];  ///< L_j(x) = sum_p lagrange[j][p] x^p
-  double top[m][m];       ///< part of the values that is the highest Legendre polynomial
+  double x[flow_nodes] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
+  double weight[flow_nodes] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                               0.17392742256872693};
+  double lagrange[flow_nodes][flow_nodes];  ///< L_j(x) = sum_p lagrange[j][p] x^p
+  double top[flow_nodes][flow_nodes];       ///< part of the values that is the highest Legendre polynomial
   Gauss() {
-    Eigen::Matrix<double, m, m> powers;
-    for (int i = 0; i < m; ++i)
-      for (int p = 0; p < m; ++p) powers(i, p) = std::pow(x[i], p);
-    const Eigen::Matrix<double, m, m> inverse = powers.inverse();
-    for (int j = 0; j < m; ++j)
-      for (int p = 0; p < m; ++p) lagrange[j][p] = inverse(p, j);
+    Eigen::Matrix<double, flow_nodes, flow_nodes> powers;
+    for (int i = 0; i < flow_nodes; ++i)
+      for (int p = 0; p < flow_nodes; ++p) powers(i, p) = std::pow(x[i], p);
+    const Eigen::Matrix<double, flow_nodes, flow_nodes> inverted = powers.inverse();
+    for (int j = 0; j < flow_nodes; ++j)
+      for (int p = 0; p < flow_nodes; ++p) lagrange[j][p] = inverted(p, j);
     const auto legendre = [](double at) {  // P_3 on [0, 1]
       const double t = 2.0 * at - 1.0;
       return 0.5 * t * (5.0 * t * t - 3.0);
     };
-    for (int i = 0; i < m; ++i)
-      for (int j = 0; j < m; ++j) top[i][j] = legendre(x[i]) * legendre(x[j]) * weight[j] * (2 * (m - 1) + 1);
+    for (int i = 0; i < flow_nodes; ++i)
+      for (int j = 0; j < flow_nodes; ++j)
+        top[i][j] = legendre(x[i]) * legendre(x[j]) * weight[j] * (2 * (flow_nodes - 1) + 1);
   }
 };
-const Gauss gauss;
+const Gauss gauss_rule;
 
 struct Reciprocal {
   double value[64] = {};
@@ -81,18 +84,18 @@ void moments(std::complex<double> lambda, double h, double x, std::complex<doubl
   const double t = x * h;
   const double zr = lambda.real() * t, zi = lambda.imag() * t;
   if (zr * zr + zi * zi < 2.25) {
-    double re = 1.0 / m, im = 0.0, sum_re = re, sum_im = 0.0;
+    double re = 1.0 / flow_nodes, im = 0.0, sum_re = re, sum_im = 0.0;
     for (int q = 1; q < 30 && std::abs(re) + std::abs(im) > 1e-17; ++q) {
-      const double next = (zr * re - zi * im) * reciprocal[m + q];
-      im = (zr * im + zi * re) * reciprocal[m + q];
+      const double next = (zr * re - zi * im) * reciprocal[flow_nodes + q];
+      im = (zr * im + zi * re) * reciprocal[flow_nodes + q];
       re = next;
       sum_re += re;
       sum_im += im;
     }
     double power = t;
-    for (int p = 1; p < m; ++p) power *= x;
-    out[m - 1] = std::complex<double>(power * sum_re, power * sum_im);
-    for (int p = m - 1; p > 0; --p) {
+    for (int p = 1; p < flow_nodes; ++p) power *= x;
+    out[flow_nodes - 1] = std::complex<double>(power * sum_re, power * sum_im);
+    for (int p = flow_nodes - 1; p > 0; --p) {
       power /= x;  // t x^(p-1)
       const std::complex<double> before = out[p];
       const double scale = h / p;
@@ -104,7 +107,7 @@ void moments(std::complex<double> lambda, double h, double x, std::complex<doubl
   const std::complex<double> inverse = 1.0 / lambda;
   double power = 1.0;
   out[0] = (e - 1.0) * inverse;
-  for (int p = 1; p < m; ++p) {
+  for (int p = 1; p < flow_nodes; ++p) {
     power *= x;
     out[p] = (double(p) / h * out[p - 1] - power) * inverse;
   }
@@ -112,12 +115,12 @@ void moments(std::complex<double> lambda, double h, double x, std::complex<doubl
 
 }  // namespace
 
-const double* LinearFlow::abscissae() { return gauss.x; }
+const double* LinearFlow::abscissae() { return gauss_rule.x; }
 
 void LinearFlow::interpolation(double x, double* weight) {
-  for (int j = 0; j < m; ++j) {
+  for (int j = 0; j < flow_nodes; ++j) {
     double value = 0.0;
-    for (int p = m - 1; p >= 0; --p) value = value * x + gauss.lagrange[j][p];
+    for (int p = flow_nodes - 1; p >= 0; --p) value = value * x + gauss_rule.lagrange[j][p];
     weight[j] = value;
   }
 }
@@ -128,15 +131,15 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
                   "sizes must match");
   Eigen::MatrixXd a = system.a;
   const Eigen::VectorXd scale = balance(a);
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(a);
-  if (solver.info() != Eigen::Success) {
+  const GeneralEigen eigen = generalEigen(a);
+  if (!eigen.converged) {
     reason_ = "no eigenvalues found";
     return;
   }
   std::vector<int> kept;
   std::vector<bool> pair;
   for (int i = 0; i < n; ++i) {
-    const std::complex<double> l = solver.eigenvalues()[i];
+    const std::complex<double> l = eigen.values[i];
     if (std::abs(l) < zero_below)
       ++zeros_;
     else if (l.imag() >= 0.0) {
@@ -150,16 +153,16 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
   std::vector<int> place;
   lambda_.resize(static_cast<int>(kept.size()));
   for (std::size_t k = 0; k < kept.size(); ++k) {
-    const std::complex<double> l = solver.eigenvalues()[kept[k]];
+    const std::complex<double> l = eigen.values[kept[k]];
     lambda_[static_cast<int>(k)] = l;
     place.push_back(column);
     blocks(column, column) = l.real();
-    basis.col(column++) = solver.eigenvectors().col(kept[k]).real();
+    basis.col(column++) = eigen.vectors.col(kept[k]).real();
     if (!pair[k]) continue;
     blocks(column, column) = l.real();
     blocks(column, column - 1) = l.imag();
     blocks(column - 1, column) = -l.imag();
-    basis.col(column++) = -solver.eigenvectors().col(kept[k]).imag();
+    basis.col(column++) = -eigen.vectors.col(kept[k]).imag();
   }
   if (column + zeros_ != n) {
     reason_ = "eigenvalues do not come in pairs";
@@ -168,28 +171,24 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
   chain_.resize(zeros_, zeros_);
   if (zeros_ > 0) {
     const Eigen::MatrixXd square = a * a;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(square, Eigen::ComputeFullV);
-    const Eigen::MatrixXd null = svd.matrixV().rightCols(zeros_);
+    const SingularValues svd = squareSvd(square);
+    const Eigen::MatrixXd null = svd.v.rightCols(zeros_);
     basis.rightCols(zeros_) = null;
     chain_ = null.transpose() * a * null;
     blocks.bottomRightCorner(zeros_, zeros_) = chain_;
   }
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(basis);
-  if (!lu.isInvertible()) {
-    reason_ = "eigenvectors do not span the space";
-    return;
-  }
-  const Eigen::MatrixXd inverse = lu.inverse();
-  const double misfit = (basis * blocks * inverse - a).norm() / a.norm();
+  // vectors that do not span the space give infinities here, which the misfit sees
+  const Eigen::MatrixXd back_to_basis = inverse(basis);
+  const double misfit = (basis * blocks * back_to_basis - a).norm() / a.norm();
   const double longer = zeros_ > 0 ? (chain_ * chain_).norm() : 0.0;
-  if (!(misfit < largest_misfit) || !(longer < largest_misfit * std::max(1.0, a.norm()))) {
+  if (!(misfit < largest_modal_misfit) || !(longer < largest_modal_misfit * std::max(1.0, a.norm()))) {
     reason_ = "eigenvectors nearly coincide";
     return;
   }
   const int modes = static_cast<int>(kept.size()), size = 2 * modes + zeros_;
   to_modal_ = Eigen::MatrixXd::Zero(size, n);
   from_modal_ = Eigen::MatrixXd::Zero(n, size);
-  const Eigen::MatrixXd back = inverse * scale.cwiseInverse().asDiagonal(),
+  const Eigen::MatrixXd back = back_to_basis * scale.cwiseInverse().asDiagonal(),
                         forth = scale.asDiagonal() * basis;
   for (int k = 0; k < modes; ++k) {
     to_modal_.row(k) = back.row(place[static_cast<std::size_t>(k)]);
@@ -290,10 +289,10 @@ LinearFlow::Table LinearFlow::emptyTable() const {
   Table t;
   t.real.setZero(modes());
   t.imaginary.setZero(modes());
-  t.free.setZero((m + 1) * outputs(), size());
-  t.forced.setZero((m + 1) * outputs(), inputs() * m);
-  t.response.setZero(size(), inputs() * m);
-  t.top.setZero(outputs(), inputs() * m);
+  t.free.setZero((flow_nodes + 1) * outputs(), size());
+  t.forced.setZero((flow_nodes + 1) * outputs(), inputs() * flow_nodes);
+  t.response.setZero(size(), inputs() * flow_nodes);
+  t.top.setZero(outputs(), inputs() * flow_nodes);
   return t;
 }
 
@@ -301,8 +300,8 @@ void LinearFlow::build(double h, Table& table) const {
   table.h = h;
   const int n = modes(), rows = outputs();
   table.forced.setZero();
-  for (int point = 0; point <= m; ++point) {
-    const double x = point < m ? gauss.x[point] : 1.0, t = x * h;
+  for (int point = 0; point <= flow_nodes; ++point) {
+    const double x = point < flow_nodes ? gauss_rule.x[point] : 1.0, t = x * h;
     const int first = point * rows;
     for (int k = 0; k < n; ++k) {
       const std::complex<double> e = std::exp(lambda_[k] * t);
@@ -310,23 +309,23 @@ void LinearFlow::build(double h, Table& table) const {
         table.free(first + o, k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
         table.free(first + o, n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
       }
-      if (point == m) {
+      if (point == flow_nodes) {
         table.real[k] = e.real();
         table.imaginary[k] = e.imag();
       }
-      std::complex<double> power[m];
+      std::complex<double> power[flow_nodes];
       moments(lambda_[k], h, x, e, power);
-      for (int j = 0; j < m; ++j) {
+      for (int j = 0; j < flow_nodes; ++j) {
         double re = 0.0, im = 0.0;
-        for (int p = 0; p < m; ++p) {
-          re += gauss.lagrange[j][p] * power[p].real();
-          im += gauss.lagrange[j][p] * power[p].imag();
+        for (int p = 0; p < flow_nodes; ++p) {
+          re += gauss_rule.lagrange[j][p] * power[p].real();
+          im += gauss_rule.lagrange[j][p] * power[p].imag();
         }
         for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
           const Transfer& q = transfer_[at];
           table.forced(first + q.output, column(q.input, j)) += q.re * re - q.im * im;
         }
-        if (point < m) continue;
+        if (point < flow_nodes) continue;
         for (int i = 0; i < inputs(); ++i) {
           const int at = column(i, j);
           table.response(k, at) = re * b_(k, i) - im * b_(n + k, i);
@@ -342,11 +341,11 @@ void LinearFlow::build(double h, Table& table) const {
         for (int i = 0; i < zeros_; ++i) value += t * c_(o, 2 * n + i) * chain_(i, z);
         table.free(point * rows + o, 2 * n + z) = value;
       }
-    for (int j = 0; j < m; ++j) {
+    for (int j = 0; j < flow_nodes; ++j) {
       double once = 0.0, twice = 0.0, power = t;
-      for (int p = 0; p < m; ++p, power *= x) {
-        once += gauss.lagrange[j][p] * power / (p + 1);
-        twice += gauss.lagrange[j][p] * power * t / ((p + 1) * (p + 2));
+      for (int p = 0; p < flow_nodes; ++p, power *= x) {
+        once += gauss_rule.lagrange[j][p] * power / (p + 1);
+        twice += gauss_rule.lagrange[j][p] * power * t / ((p + 1) * (p + 2));
       }
       for (int i = 0; i < inputs(); ++i) {
         const int at = column(i, j);
@@ -354,16 +353,17 @@ void LinearFlow::build(double h, Table& table) const {
           double value = once * b_(2 * n + z, i);
           for (int l = 0; l < zeros_; ++l) value += twice * chain_(z, l) * b_(2 * n + l, i);
           for (int o = 0; o < rows; ++o) table.forced(point * rows + o, at) += c_(o, 2 * n + z) * value;
-          if (point == m) table.response(2 * n + z, at) = value;
+          if (point == flow_nodes) table.response(2 * n + z, at) = value;
         }
       }
     }
   }
   for (int i = 0; i < inputs(); ++i)
-    for (int j = 0; j < m; ++j)
+    for (int j = 0; j < flow_nodes; ++j)
       for (int o = 0; o < rows; ++o) {
         double value = 0.0;
-        for (int l = 0; l < m; ++l) value += table.forced(m * rows + o, column(i, l)) * gauss.top[l][j];
+        for (int l = 0; l < flow_nodes; ++l)
+          value += table.forced(flow_nodes * rows + o, column(i, l)) * gauss_rule.top[l][j];
         table.top(o, column(i, j)) = value;
       }
 }

@@ -1,6 +1,6 @@
 #include "amb_rotor/machine/modal_stepper.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -14,9 +14,9 @@ namespace {
 /// Misfit of the linear equations at random states that counts as nonlinear, of the size of their terms:
 /// round-off is a thousand times smaller, the weakest effect of the catalogue at its weakest a thousand times
 /// larger.
-constexpr double largest_misfit = 1e-9;
+constexpr double largest_probe_misfit = 1e-9;
 /// h0 where nothing is sampled [s]; steps are this halved so and so often.
-constexpr double longest_step_s = 1.0 / 8192.0;
+constexpr double longest_modal_step_s = 1.0 / 8192.0;
 
 /// Numbers in (-1, 1) that are the same each time (Weyl's sequence).
 class Spread {
@@ -55,7 +55,7 @@ class ModalStepper::Linear final : public EndContacts {
     options.clearance = machine.rig().auxiliary_bearing.clearance_m;
     options.longest_step = machine.ambModel() == AmbModel::linear
                                ? 1.0 / machine.rig().controller.sample_rate_hz
-                               : longest_step_s;
+                               : longest_modal_step_s;
     contact_ = std::make_unique<ContactFlow>(*flow_, *this, options);
     prepareDrive();
   }
@@ -240,18 +240,18 @@ class ModalStepper::Linear final : public EndContacts {
       const Eigen::VectorXd terms = system_.a.cwiseAbs() * y.cwiseAbs() + constant_.cwiseAbs() +
                                     cosine_.cwiseAbs() + sine_.cwiseAbs() +
                                     by_current_.cwiseAbs() * i.cwiseAbs();
-      if (!(misfit.array().abs() <= largest_misfit * terms.array() + 1e-300).all()) fail("rates are");
+      if (!(misfit.array().abs() <= largest_probe_misfit * terms.array() + 1e-300).all()) fail("rates are");
       const Eigen::Vector4d place = places(y) - place0_;
       for (int e = 0; e < 2; ++e) {
         const Eigen::VectorXd w = system_.c.middleRows(4 * e, 4) * y;
         for (int axis = 0; axis < 2; ++axis)
-          if (!(std::abs(place[2 * e + axis] - w[axis]) <= largest_misfit * clearance))
+          if (!(std::abs(place[2 * e + axis] - w[axis]) <= largest_probe_misfit * clearance))
             fail("contacts' places are");
         const double at[4] = {w[0] + place0_[2 * e], w[1] + place0_[2 * e + 1], w[2], w[3]};
         double depth, rate;
         machine_.approach(e, y.data(), depth, rate);
         const double distance = std::hypot(at[0], at[1]);
-        if (!(std::abs(distance - clearance - depth) <= largest_misfit * clearance) ||
+        if (!(std::abs(distance - clearance - depth) <= largest_probe_misfit * clearance) ||
             !(std::abs((at[0] * at[2] + at[1] * at[3]) / distance - rate) <= 1e-7 * 100.0 * clearance))
           fail("contacts' velocities are");
         y[0] += 3.0 * clearance;  // into contact
