@@ -34,3 +34,8 @@ def test_the_best_of_all_peers_is_what_ours_is_held_to():
     lines = bench.at_equal_error(rows, "modal")
     assert "| cvode_adams_roots | 1.5 | 3 |" in lines[2]
     assert lines[3].endswith("| 1.5 | 0.3 |")  # slower, and says so
+
+
+def test_where_no_peer_is_that_good_there_is_no_ratio():
+    lines = bench.at_equal_error(PEER + [row("modal/12", 1e-12, 0.5)], "modal")
+    assert lines[2].endswith("| none is that good | | |")

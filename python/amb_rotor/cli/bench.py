@@ -136,8 +136,10 @@ def at_equal_error(rows: list[dict], ours: str) -> list[str]:
         if not peers:
             continue
         best = min(peers, key=peers.get)
-        lines.append(f"| {row['name']} | {row['error']:.1e} | {row['seconds']:.3g} | {best} | {peers[best]:.3g} | "
-                     f"{peers[best] / row['seconds']:.2g} |")
+        reached = math.isfinite(peers[best])
+        lines.append(f"| {row['name']} | {row['error']:.1e} | {row['seconds']:.3g} | " +
+                     (f"{best} | {peers[best]:.3g} | {peers[best] / row['seconds']:.2g} |" if reached else
+                      "none is that good | | |"))
     return lines
 
 
@@ -167,20 +169,23 @@ def _table(rows: list[dict]) -> list[str]:
 def _picture(problems: dict[str, list[dict]], folder: pathlib.Path) -> list[pathlib.Path]:
     from amb_rotor.sweeps import draw
     pyplot = draw._pyplot()
-    figure, axes = pyplot.subplots(1, len(problems), figsize=(7.5 * len(problems), 5.5), squeeze=False)
+    figure, axes = pyplot.subplots(1, len(problems), figsize=(9.0 * len(problems), 5.5), squeeze=False)
+    colours, markers = pyplot.get_cmap("tab20").colors, "sD^vP*"
     for axis, (title, rows) in zip(axes[0], problems.items()):
         families: dict[str, list] = {}
         for row in rows:
             if row["error"] < 0.1:  # what lost its way has no place here
                 families.setdefault(row["name"].split("/")[0], []).append(row)
-        for family, members in families.items():
+        for i, (family, members) in enumerate(families.items()):
             members.sort(key=lambda row: row["error"])
+            ours = members[0]["ours"]
             axis.loglog([row["error"] for row in members], [row["seconds"] for row in members],
-                        "o-" if members[0]["ours"] else "s--", linewidth=2.5 if members[0]["ours"] else 1.0,
-                        markersize=5, label=family)
+                        ("o-" if ours else markers[i % len(markers)] + "--"), color=colours[i % len(colours)],
+                        linewidth=2.5 if ours else 1.0, markersize=5, label=family)
         axis.set(xlabel="error of the end position / clearance", ylabel="seconds a run", title=title)
         axis.grid(alpha=0.3, which="both")
-        axis.legend(fontsize=7)
+        axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    figure.tight_layout()
     return draw.save(figure, folder, "work_precision")
 
 
