@@ -139,7 +139,7 @@ def at_equal_error(rows: list[dict], ours: str) -> list[str]:
         reached = math.isfinite(peers[best])
         lines.append(f"| {row['name']} | {row['error']:.1e} | {row['seconds']:.3g} | " +
                      (f"{best} | {peers[best]:.3g} | {peers[best] / row['seconds']:.2g} |" if reached else
-                      "none is that good | | |"))
+                      "none ran to it | | |"))
     return lines
 
 
