@@ -13,8 +13,9 @@ foreach(source IN LISTS bench_sources)
   target_compile_definitions(bench_${name} PRIVATE AMB_ROTOR_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(bench_${name} PRIVATE
     amb_rotor_core benchmark::benchmark benchmark::benchmark_main)
-  if(TARGET SUNDIALS::cvode)
-    target_link_libraries(bench_${name} PRIVATE SUNDIALS::cvode SUNDIALS::nvecserial)
+  if(TARGET SUNDIALS::cvode AND TARGET SUNDIALS::arkode)
+    target_link_libraries(bench_${name} PRIVATE
+      SUNDIALS::cvode SUNDIALS::arkode SUNDIALS::nvecserial SUNDIALS::sunnonlinsolfixedpoint)
     target_compile_definitions(bench_${name} PRIVATE AMB_ROTOR_WITH_SUNDIALS)
   endif()
   amb_rotor_warnings(bench_${name})

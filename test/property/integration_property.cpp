@@ -9,7 +9,8 @@
 
 #include "../support/hybrid_systems.hpp"
 #include "../support/models.hpp"
-#include "amb_rotor/machine/event_stepper.hpp"
+#include "amb_rotor/machine/basic_orbit.hpp"
+#include "amb_rotor/machine/modal_stepper.hpp"
 
 namespace {
 std::atomic<long> allocations{0};
@@ -184,6 +185,36 @@ TEST(IntegrationProperty, NoAllocationInAStep) {
   integrator.advance(0.0, 5.0, y);
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GE(system.touches, 10);
+}
+
+TEST(IntegrationProperty, NoAllocationInARunOfTheBasicModel) {
+  BasicParameters<double> p;
+  p.frequency_ratio = 1.05;
+  const BasicOrbitOptions options;
+  const BasicState<double> start{1.0, 0.0, 0.0, 0.0};
+  const long before = allocations;
+  const BasicOrbit orbit = advanceBasic(p, start, 20, options);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GE(orbit.touch_downs, 5);
+}
+
+TEST(IntegrationProperty, NoAllocationInTheModalStepper) {
+  // With compliant mounts and a released rotor: flights, touch-downs, lift-offs and steps in contact.
+  Model model = withUnbalance(with(springBeam(), "compliant_mount", typicalValues("compliant_mount")), 1e-5);
+  model.rig.gravity_m_s2 = 9.81;
+  const Machine<double> machine({&model});
+  Drive<double> drive;
+  drive.speed = 300.0;
+  const Simulator<double> sim(machine, drive, 0.0);
+  MachineState<double> state = sim.atRest(0.0);
+  ModalStepper stepper(machine, 1e-8);
+  Simulator<double>::Held held{{0.0, 0.0, 0.0, 0.0}, {{0.0, 0.0}, {0.0, 0.0}}};  // the bearings are off
+  ASSERT_TRUE(stepper.advance(sim, 0.0, 0.001, state, held));  // reads the machine's equations
+  const long before = allocations;
+  ASSERT_TRUE(stepper.advance(sim, 0.001, 0.03, state, held));
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_EQ(stepper.reason(), "");
+  EXPECT_GE(stepper.statistics().events, 4);
 }
 
 TEST(IntegrationProperty, NoAllocationInTheMachinesDerivatives) {

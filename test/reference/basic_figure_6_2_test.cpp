@@ -34,7 +34,7 @@ TEST(SlowFigure62, LanesFindThePeriodicMotionsOfTheEventAccurateIntegrator) {
   ASSERT_EQ(sweep.size(), 131u);
   const auto lanes = runBasicSweep(sweep, 0, sweep.size());
   const int kept = sweep.run.turns_kept;
-  int periodic = 0, rubbing = 0, several_turns = 0, locked = 0;
+  int periodic = 0, rubbing = 0, several_turns = 0, locked = 0, transient = 0;
   double worst = 0.0;
   for (std::size_t i = 0; i < sweep.size(); ++i) {
     const auto exact = eventAccurate(sweep.machineAt(i), sweep.initial.front(), sweep.run);
@@ -42,6 +42,16 @@ TEST(SlowFigure62, LanesFindThePeriodicMotionsOfTheEventAccurateIntegrator) {
     const double eta = sweep.valuesAt(i).front();
     if (period == 0) {
       if (lanes.motions[i].period > 0) ++locked;
+      continue;
+    }
+    if (lanes.motions[i].period == 0) {
+      // A chaotic transient ends after hundreds of turns, here or there by round-off (at 0.9515 the event-accurate
+      // motion has settled at two of five tolerances): the motion must be one of the lanes when they start on it.
+      ++transient;
+      auto run = sweep.run;
+      run.lyapunov = true;  // what a regime is told by
+      const auto settled = runBasicLanes({sweep.machineAt(i)}, {exact.back()}, run);
+      EXPECT_EQ(basicMotions(settled).front().period, period) << "at frequency ratio " << eta;
       continue;
     }
     EXPECT_EQ(lanes.motions[i].period, period) << "at frequency ratio " << eta;
@@ -71,6 +81,7 @@ TEST(SlowFigure62, LanesFindThePeriodicMotionsOfTheEventAccurateIntegrator) {
   // Just behind the Neimark-Sacker point at 1.1483 the motion drifts round a closed curve by 1e-3 in 100
   // turns; the lanes' step error, which is no larger, locks it to period 8 at 1.1486.
   EXPECT_LE(locked, 1);
+  EXPECT_LE(transient, 1);
   EXPECT_GE(rubbing, 25);
   EXPECT_GE(several_turns, 20);
   std::printf(

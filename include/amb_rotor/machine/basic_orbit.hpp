@@ -2,10 +2,11 @@
 // Event-accurate motion of one basic model, with its derivatives: the reference that the lanes are tested
 // against, and what the continuation of periodic motions is built from.
 //
-// Dormand and Prince 5(4), step control on value and derivatives; every touch-down and lift-off is located
-// (root of r^2 - 1 on the step, which is then repeated with exactly that length), and between events the
-// branch of the force is fixed, so that no step straddles a kink. The independent variable is the phase
-// phi = eta t, so a turn is 2 pi whatever the speed.
+// Linear contact with spin friction: Taylor series (src/machine/basic_taylor.hpp), whose events are roots of the step's
+// own polynomial. Hertz contact and sliding friction: Dormand and Prince 5(4), step control on value and derivatives;
+// every touch-down and lift-off is located (root of r^2 - 1 on the step, which is then repeated with exactly that
+// length). Between events the branch of the force is fixed, so that no step straddles a kink. The independent variable
+// is the phase phi = eta t, so a turn is 2 pi whatever the speed.
 //
 // Derivatives with respect to the initial state and one parameter are carried as dual numbers. At an event
 // they jump by the saltation matrix S = I + (f+ - f-) n^T / (n . f-); the vector field of the basic model is
@@ -41,12 +42,13 @@ struct BasicOrbit {
   int touch_downs = 0;
   double contact_fraction = 0.0;
   double largest_free_radius = 0.0;  ///< largest distance of a turning point that does not touch
-  double max_radius = 0.0;           ///< at the ends of steps
+  double max_radius = 0.0;           ///< at the ends of steps, or at most 0.15 rad apart
   long steps = 0, evaluations = 0;
   bool finite = true;
 };
 
-/// Called at every accepted step and event: phase [rad], state (velocities in clearance w_n), in contact.
+/// Called at every accepted step and event, and inside steps by series every 0.02 rad: phase [rad], state (velocities
+/// in clearance w_n), in contact.
 using BasicObserver = std::function<void(double, const BasicState<double>&, bool)>;
 
 /// The motion from phase 0 over whole turns, without derivatives.

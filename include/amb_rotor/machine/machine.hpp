@@ -130,6 +130,10 @@ class Machine {
 
   /// Contact at both ends for a state, as a partner in the node graph computes it.
   void contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const;
+  /// Contact at an end from the places and velocities of rotor and bearing (a solver that has them without a state).
+  Contact<S> contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
+                       const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
+                       const Inputs<S>& in) const;
 
  private:
   struct Part {
@@ -140,9 +144,6 @@ class Machine {
   class Forces;
 
   void evaluate(const Inputs<S>& in, const S* state, S* rate, Observation<S>* seen) const;
-  Contact<S> contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
-                       const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
-                       const Inputs<S>& in) const;
   ContactGeometry<S> geometryAt(int end, const S* state) const;
   Vec2<S> magneticForce(const Vec2<S>& current, const Vec2<S>& position, const Vec2<S>& velocity) const;
 

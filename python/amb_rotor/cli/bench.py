@@ -16,6 +16,8 @@ from amb_rotor.errors import InputError
 HELP = "speed and accuracy beside Octave, SciPy, Boost.odeint and SUNDIALS, as a table and a picture"
 EXAMPLE = "amb bench --out out/bench"
 TURNS, ETA, DAMPING, ECCENTRICITY, ALPHA, MU = 300, 1.05, 0.0347, 0.0973, 13.68, 0.015
+END = (0.94156385, -0.37870998)  # of this run, by SciPy's DOP853 at 1e-13: what Octave and SciPy are held to
+OURS = ("lanes", "event", "modal")
 
 OCTAVE = f"""
 1;
@@ -26,7 +28,7 @@ function r = f(t, q)
        w^2 * {ECCENTRICITY} * sin(w*t) - {DAMPING}*q(4) - q(2) - n*(q(2) + {MU}*q(1))];
 end
 o = odeset('RelTol', 1e-8, 'AbsTol', 1e-8);
-tic; [t, q] = ode45(@f, [0 {TURNS} * 2 * pi / {ETA}], [1; 0; 0; 0], o); s = toc;
+c = cputime; [t, q] = ode45(@f, [0 {TURNS} * 2 * pi / {ETA}], [1; 0; 0; 0], o); s = cputime - c;
 printf('%.6f %.15g %.15g\\n', s, q(end, 1), q(end, 2));
 """
 
@@ -35,17 +37,17 @@ def add_arguments(parser) -> None:
     common.add_out(parser, "bench")
     parser.add_argument("--programs", metavar="DIR", help="folder of the benchmark programs (default: built here)")
     parser.add_argument("--no-octave", action="store_true", help="leave out Octave, which takes a minute")
+    parser.add_argument("--min-time", type=float, default=0.3, metavar="S", help="shortest measurement of each [s]")
     parser.add_argument("--repetitions", type=int, default=3, metavar="N", help="of each; the median counts")
 
 
 def _programs(args) -> pathlib.Path:
     if args.programs:
         return common.input_path(args.programs)
-    from amb_rotor import _core
     root = pathlib.Path(__file__).resolve().parents[3]
     build = pathlib.Path(os.environ.get("AMB_ROTOR_BUILD_DIR", root / "build"))
     if not (root / "CMakeLists.txt").exists():
-        raise InputError(f"the benchmarks are built from the sources, which are not beside {_core.__file__}; "
+        raise InputError(f"the benchmarks are built from the sources, which are not beside {__file__}; "
                          "give --programs")
     for command in (["cmake", "-S", root, "-B", build, "-DAMB_ROTOR_WITH_BENCH=ON"],
                     ["cmake", "--build", build, "--target", "amb_rotor_bench"]):
@@ -55,9 +57,11 @@ def _programs(args) -> pathlib.Path:
     return build / "bench"
 
 
-def _google_benchmark(program: pathlib.Path, repetitions: int) -> list[dict]:
+def _google_benchmark(program: pathlib.Path, args) -> list[dict]:
+    repetitions = args.repetitions
     done = subprocess.run([program, "--benchmark_format=json", f"--benchmark_repetitions={repetitions}",
-                           "--benchmark_report_aggregates_only=true"], capture_output=True, text=True, check=True)
+                           f"--benchmark_min_time={args.min_time}", "--benchmark_report_aggregates_only=true"],
+                          capture_output=True, text=True, check=True)
     runs = json.loads(done.stdout)["benchmarks"]
     return runs if repetitions == 1 else [run for run in runs if run.get("aggregate_name") == "median"]
 
@@ -76,9 +80,9 @@ def _scipy(repetitions: int):
     for method in ("RK45", "DOP853", "LSODA"):
         times = []
         for _ in range(repetitions):
-            began = time.perf_counter()
+            began = time.process_time()
             solution = solve_ivp(_rate, (0.0, end), (1.0, 0.0, 0.0, 0.0), method=method, rtol=1e-8, atol=1e-8)
-            times.append(time.perf_counter() - began)
+            times.append(time.process_time() - began)
         yield f"SciPy {method}", sorted(times)[len(times) // 2], solution.y[:2, -1]
 
 
@@ -96,24 +100,58 @@ def _processor() -> str:
     return platform.processor()
 
 
-def _single_runs(args, folder: pathlib.Path) -> list[dict]:
-    """name, seconds of one run, error of the end position."""
+def _runs(program: pathlib.Path, args) -> list[dict]:
+    """name, seconds of one run, error of its end: of a program whose benchmarks are integrators."""
     rows = []
-    for run in _google_benchmark(folder / "basic_single_run", args.repetitions):
+    for run in _google_benchmark(program, args):
         scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[run["time_unit"]]
         name = run["run_name"]
         seconds = run["cpu_time"] * scale / run.get("machines", 1.0)
-        rows.append({"name": name, "seconds": seconds, "error": run["error"], "ours": name.startswith(("lanes", "event"))})
-    import numpy
-    from amb_rotor import _core
-    fine = _core.run_basic_lanes({"frequency_ratio": numpy.array([ETA])}, numpy.array([1.0, 0, 0, 0]),
-                                 steps_per_turn=12800, turns_skipped=TURNS, turns_kept=0, regimes=False)["end"][0]
+        rows.append({"name": name, "seconds": seconds, "error": run["error"], "calls": run["calls"],
+                     "ours": name.startswith(OURS)})
+    return rows
+
+
+def seconds_at(rows: list[dict], error: float) -> float:
+    """What an integrator takes for an error, between its own runs; inf: none of them is that good."""
+    best = math.inf
+    points = sorted((row["error"], row["seconds"]) for row in rows if row["error"] > 0.0)
+    for (e0, s0), (e1, s1) in zip(points, points[1:]):
+        if e0 <= error <= e1:
+            share = math.log(error / e0) / math.log(e1 / e0) if e1 > e0 else 0.0
+            best = min(best, s0 * (s1 / s0) ** share)
+    return min([best] + [seconds for e, seconds in points if e <= error])
+
+
+def at_equal_error(rows: list[dict], ours: str) -> list[str]:
+    """How many times faster than the best of all peers each of our runs is, at its own error."""
+    families: dict[str, list[dict]] = {}
+    for row in rows:
+        families.setdefault(row["name"].split("/")[0], []).append(row)
+    lines = [f"| {ours} / tolerance digits | error | seconds | best peer at this error | its seconds | times faster |",
+             "|---|---|---|---|---|---|"]
+    for row in families[ours]:
+        peers = {name: seconds_at(members, row["error"]) for name, members in families.items()
+                 if not members[0]["ours"]}
+        if not peers:
+            continue
+        best = min(peers, key=peers.get)
+        reached = math.isfinite(peers[best])
+        lines.append(f"| {row['name']} | {row['error']:.1e} | {row['seconds']:.3g} | " +
+                     (f"{best} | {peers[best]:.3g} | {peers[best] / row['seconds']:.2g} |" if reached else
+                      "none ran to it | | |"))
+    return lines
+
+
+def _single_runs(args, folder: pathlib.Path) -> list[dict]:
+    rows = _runs(folder / "basic_single_run", args)
+    fine = END
     peers = list(_scipy(args.repetitions))
     if not args.no_octave and shutil.which("octave-cli"):
         peers.append(_octave())
     for name, seconds, (x, y) in peers:
         rows.append({"name": name + "/8", "seconds": seconds, "error": math.hypot(x - fine[0], y - fine[1]),
-                     "ours": False})
+                     "calls": math.nan, "ours": False})
     return rows
 
 
@@ -128,21 +166,26 @@ def _table(rows: list[dict]) -> list[str]:
     return lines
 
 
-def _picture(rows: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:
+def _picture(problems: dict[str, list[dict]], folder: pathlib.Path) -> list[pathlib.Path]:
     from amb_rotor.sweeps import draw
     pyplot = draw._pyplot()
-    figure, axis = pyplot.subplots(figsize=(7.5, 5))
-    families: dict[str, list] = {}
-    for row in rows:
-        families.setdefault(row["name"].split("/")[0], []).append(row)
-    for family, members in families.items():
-        members.sort(key=lambda row: row["error"])
-        axis.loglog([row["error"] for row in members], [row["seconds"] for row in members],
-                    "o-" if members[0]["ours"] else "s--", label=family)
-    axis.set(xlabel="error of the end position / clearance", ylabel="seconds a run of 300 turns",
-             title="Basic model in rub: work against precision, one core")
-    axis.grid(alpha=0.3, which="both")
-    axis.legend(fontsize=8)
+    figure, axes = pyplot.subplots(1, len(problems), figsize=(9.0 * len(problems), 5.5), squeeze=False)
+    colours, markers = pyplot.get_cmap("tab20").colors, "sD^vP*"
+    for axis, (title, rows) in zip(axes[0], problems.items()):
+        families: dict[str, list] = {}
+        for row in rows:
+            if row["error"] < 0.1:  # what lost its way has no place here
+                families.setdefault(row["name"].split("/")[0], []).append(row)
+        for i, (family, members) in enumerate(families.items()):
+            members.sort(key=lambda row: row["error"])
+            ours = members[0]["ours"]
+            axis.loglog([row["error"] for row in members], [row["seconds"] for row in members],
+                        ("o-" if ours else markers[i % len(markers)] + "--"), color=colours[i % len(colours)],
+                        linewidth=2.5 if ours else 1.0, markersize=5, label=family)
+        axis.set(xlabel="error of the end position / clearance", ylabel="seconds a run", title=title)
+        axis.grid(alpha=0.3, which="both")
+        axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    figure.tight_layout()
     return draw.save(figure, folder, "work_precision")
 
 
@@ -152,7 +195,7 @@ def run(args) -> int:
     folder = common.out_folder(args, "bench", "all")
     programs = _programs(args)
     lines = [f"Machine: {_processor()}, {os.cpu_count()} processors; load {os.getloadavg()[0]:.1f} at the start."]
-    lanes = _google_benchmark(programs / "basic_lanes_avx2", args.repetitions)
+    lanes = _google_benchmark(programs / "basic_lanes_avx2", args)
     lines += ["", "Lanes of the basic model (256 machines, 100 turns of 200 steps):", "",
               "| kernel | machine-steps/s | share of the hand-written kernel |", "|---|---|---|"]
     rates = {run["run_name"].removesuffix("/real_time").removeprefix("basic_lanes/"): run["items_per_second"]
@@ -160,11 +203,29 @@ def run(args) -> int:
     hand = rates.get("hand_avx2/threads:1", math.nan)
     lines += [f"| {name} | {rate:.3g} | {rate / hand:.2f} |" for name, rate in rates.items()]
     rows = _single_runs(args, programs)
+    if args.no_octave or not shutil.which("octave-cli"):
+        lines += ["", "Octave: " + ("left out." if args.no_octave else "not installed.")]
     lines += ["", f"One run of {TURNS} turns in rub (frequency ratio {ETA}), one core; lanes: time of one of 1024:", ""]
     lines += _table(rows)
+    lines += ["", "At equal error, basic model in rub:", ""] + at_equal_error(rows, "event_accurate")
+    drop = _runs(programs / "rigid_drop", args)
+    lines += ["", "Drop of a rigid beam on compliant mounts with Hertz contact, 0.1 s; the peers have equations written by "
+              "hand for this machine alone:", "", "| integrator / tolerance digits | seconds | error | calls |",
+              "|---|---|---|---|"]
+    lines += [f"| {row['name']} | {row['seconds']:.3g} | {row['error']:.1e} | {row['calls']:.0f} |"
+              for row in sorted(drop, key=lambda row: row["seconds"])]
+    lines += ["", "At equal error:", ""] + at_equal_error(drop, "modal")
+    flexible = _google_benchmark(programs / "flexible_rotor", args)
+    lines += ["", "Flexible rotor on its sampled magnetic bearings, in modal coordinates:", "",
+              "| case | modes | times real time | ns a step in contact, with all else | error / clearance |",
+              "|---|---|---|---|---|"]
+    for run in flexible:
+        step = f"{1e9 / run['items_per_second']:.0f}" if run.get("items_per_second") else ""
+        lines.append(f"| {run['run_name']} | {run['modes']:.0f} | {run['times_real_time']:.3g} | {step} | "
+                     f"{run['error']:.1e} |")
     print("\n".join(lines))
-    common.write_json(args, {"lanes": rates, "single_runs": rows})
+    common.write_json(args, {"lanes": rates, "single_runs": rows, "drop": drop, "flexible": flexible})
     common.atomic_write(folder / "performance.md", "\n".join(lines) + "\n")
-    _picture(rows, folder)
+    _picture({f"Basic model in rub, {TURNS} turns": rows, "Drop of a rigid beam, Hertz contact, mounts": drop}, folder)
     common.report_line(folder / "performance.md")
     return 0

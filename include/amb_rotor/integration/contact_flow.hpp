@@ -1,0 +1,108 @@
+#pragma once
+// Event-accurate motion of a linear system with contact at two ends: the linear part exactly, the contact
+// forces, which are few, by collocation.
+//
+//   s in modal coordinates (linear_flow.hpp);  w = C s + w_p(t): four outputs an end, its displacement and
+//   velocity in its bearing;  u: two forces an end, u = F(w) while it carries and 0 while it does not
+//
+// Free flight: closed form. The first touch-down is looked for by steps that cannot pass it: the gap over a
+// bound of the speed, which the amplitudes of the modes give. Grazing is not missed but where it stays
+// shallower than what half a microsecond of acceleration makes. In contact: over a step h, u is a polynomial
+// through 4 Gauss nodes, so that  w_i = (free motion)_i + sum_j K_ij u_j holds without further error; u_i =
+// F(w_i) by fixed-point iteration, begun with the last step's polynomial (its contraction is h^2 k/(2 m) of
+// the stiffest spring: a step that does not converge is halved). Order 8. The error estimate is what the
+// highest Legendre component of u moves at the end of the step, and, because a force that begins as t^1.5
+// moves a free body by less than its error, the square of that component over the mean. Steps are a length h0
+// halved so and so often, whose tables are kept; only the step up to an event or an end has its own. A
+// lift-off, or a touch-down at the other end, is found at the nodes and the end of a step; the step is
+// repeated with the length to it, by Newton's method, until the guard is 0 within a tenth of the tolerance.
+//
+// No allocation after construction. Left out: forces that depend on more than an end's own displacement and
+// velocity.
+#include <functional>
+
+#include "amb_rotor/integration/event_integrator.hpp"
+#include "amb_rotor/integration/linear_flow.hpp"
+
+namespace amb_rotor {
+
+/// The law of contact of the ends.
+class EndContacts {
+ public:
+  virtual ~EndContacts() = default;
+  /// Force on the system at an end that carries, and its guard: positive while it goes on carrying [m].
+  virtual double force(int end, const double* w, double* u) const = 0;
+};
+
+class ContactFlow {
+ public:
+  struct Options {
+    double tolerance = 1e-8;                         ///< of displacement and velocity at the ends, each step
+    double length_scale = 1e-5, speed_scale = 1e-2;  ///< below these only the absolute error counts
+    double clearance = 0.0;      ///< of every end: where |displacement| exceeds it it touches
+    double longest_step = 1e-4;  ///< h0
+  };
+  ContactFlow(const LinearFlow& flow, const EndContacts& contacts, const Options& options);
+
+  /// What is not the modes' own motion, from the time at which advance() begins.
+  struct Drive {
+    Eigen::VectorXd rest, drift;   ///< constant forces: their rest, and what they do to the drift
+    Eigen::VectorXd cosine, sine;  ///< of the angle
+    Eigen::VectorXd decay;         ///< times exp(-rate t)
+    Eigen::VectorXd place;         ///< outputs at s = 0
+    double angle = 0.0, speed = 0.0, rate = 0.0;
+  };
+  /// To be filled, then announced by prepare().
+  Drive drive;
+  void prepare();
+
+  /// Advances s (the modes' own motion, without what the drive keeps up) by `length` [s], from the drive's
+  /// start. mode: per end, 1 carries; onEvent(end, time since the start, s) after each change.
+  using Observer = std::function<void(int, double)>;
+  IntegrationStatus advance(double length, double* s, int* mode, const Observer& onEvent);
+
+  /// s of all that moves at a time: the modes' own motion and what the drive keeps up.
+  void whole(double time, const double* s, Eigen::VectorXd& out) const;
+  const IntegratorStatistics& statistics() const { return statistics_; }
+  static constexpr int ends = 2;
+
+ private:
+  static constexpr int levels = 14, per_end = 4, rows = per_end * ends;
+  using Outputs = Eigen::Matrix<double, rows, 1>;
+
+  const LinearFlow::Table& ladder(int level);
+  void keptUp(double time, double* w) const;       ///< outputs of the drive
+  void outputs(const double* s, double* w) const;  ///< of the modes' own motion
+  void drift(double t, double* s) const;           ///< under the drive's constant forces
+  double guard(int end, const double* w, int mode, double* u) const;
+  double speedBound(int end, const double* s, double horizon) const;
+  double threshold() const { return 0.1 * options_.tolerance * options_.length_scale; }
+  bool flight(double& time, double length, double* s, const int* mode, int& end);
+  void guess(const LinearFlow::Table& table, const int* mode);
+  void push(const LinearFlow::Table& table, const int* mode, int point);
+  bool solve(const LinearFlow::Table& table, double time, const double* s, const int* mode);
+  double error(const LinearFlow::Table& table);
+  void take(const LinearFlow::Table& table, const int* mode, double* s);
+  double newton(int end, const double* w, double t, double g) const;
+  bool findEvent(double h, const int* mode, int& end, double& low, double& low_guard, double& high,
+                 double& high_guard);
+  bool toEvent(double time, const double* s, const int* mode, int end, double low, double low_guard,
+               double high, double high_guard);
+
+  const LinearFlow& flow_;
+  const EndContacts& contacts_;
+  Options options_;
+  IntegratorStatistics statistics_;
+  LinearFlow::Table table_[levels], own_;
+  int level_ = 4, first_level_ = 4;
+  bool fresh_ = false;
+  Eigen::VectorXd own_real_, own_imaginary_, span_real_, span_imaginary_, moved_;
+  double span_ = -1.0;                  ///< that span_real_ belongs to
+  Eigen::MatrixXd speed_weight_;        ///< per end and mode
+  Eigen::VectorXd kept_[4], drift_[2];  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2
+  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, start_guards_;
+  double last_h_ = 0.0;      ///< of the step that last_u_ belongs to; 0: none
+  bool last_ended_ = false;  ///< that step was taken: the next begins at its end
+};
+
+}  // namespace amb_rotor

@@ -1,0 +1,90 @@
+#pragma once
+// A linear system in the coordinates of its own modes, in which its motion is exact:
+//
+//   y' = A y + B u + g,   w = C y,   y = M s
+//   s: a complex coordinate a mode (pairs of conjugate eigenvalues once, real ones with no imaginary part),
+//      z' = lambda z + b u,  and the real coordinates n of the eigenvalue 0,  n' = J n + ..., J J = 0 (a free
+//      body drifts)
+//
+// Layout of s: real parts, imaginary parts, n. A table holds what a step of one length needs: the motion of
+// s, the outputs w at Gauss's nodes and at the end, and what forces u(t) given at the nodes (a polynomial of
+// degree nodes - 1 between them) add to each:  int_0^t exp(lambda (t - r)) L_j(r/h) dr  in closed form.
+//
+// Not usable (reason() says why): eigenvectors that do not span the space other than by eigenvalue 0, a chain
+// longer than 2 there. Checked by putting A together again to 1e-9 of its size. No allocation after
+// construction.
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace amb_rotor {
+
+struct LinearSystem {
+  Eigen::MatrixXd a, b, c;
+};
+
+class LinearFlow {
+ public:
+  static constexpr int nodes = 4;  ///< Gauss: order 8
+
+  explicit LinearFlow(const LinearSystem& system);
+
+  bool usable() const { return reason_.empty(); }
+  const std::string& reason() const { return reason_; }
+  int modes() const { return static_cast<int>(lambda_.size()); }
+  int size() const { return 2 * modes() + zeros_; }
+  int inputs() const { return static_cast<int>(b_.cols()); }
+  int outputs() const { return static_cast<int>(c_.rows()); }
+
+  const Eigen::MatrixXd& toModal() const { return to_modal_; }      ///< size() x states
+  const Eigen::MatrixXd& fromModal() const { return from_modal_; }  ///< states x size()
+  const Eigen::MatrixXd& outputMatrix() const { return c_; }        ///< outputs() x size()
+  const Eigen::VectorXcd& eigenvalues() const { return lambda_; }
+  const Eigen::MatrixXd& chain() const { return chain_; }  ///< J
+
+  /// Motion that a constant g (in modal coordinates) keeps: a rest of the modes; `drift` is what it does to
+  /// n'.
+  void rest(const Eigen::VectorXd& g, Eigen::VectorXd& s, Eigen::VectorXd& drift) const;
+  /// Motion s = c cos + i sin under g = gc cos(W t) + gs sin(W t).
+  void harmonic(const Eigen::VectorXd& gc, const Eigen::VectorXd& gs, double speed, Eigen::VectorXd& c,
+                Eigen::VectorXd& s) const;
+  /// Motion s exp(-r t) under g exp(-r t).
+  Eigen::VectorXd decaying(const Eigen::VectorXd& g, double rate) const;
+
+  /// exp(lambda t) of every mode.
+  void factors(double t, double* real, double* imaginary) const;
+  /// s after t by these factors, without forces.
+  void move(const double* real, const double* imaginary, double t, double* s) const;
+
+  struct Table {
+    double h = -1.0;
+    Eigen::VectorXd real, imaginary;  ///< exp(lambda h)
+    Eigen::MatrixXd free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
+    Eigen::MatrixXd forced;    ///< the same from u: (nodes + 1) outputs x inputs nodes
+    Eigen::MatrixXd response;  ///< s at the end from u: size x inputs nodes
+    Eigen::MatrixXd top;       ///< outputs at the end from the highest Legendre polynomial in u
+  };
+  /// Column of u for an input at a node: inputs in pairs (one end's x, y), node by node.
+  static int column(int input, int node) { return (input / 2 * nodes + node) * 2 + input % 2; }
+  Table emptyTable() const;
+  void build(double h, Table& table) const;
+
+  /// Gauss's nodes on [0, 1].
+  static const double* abscissae();
+  /// Value at x (in steps) of the polynomial through values at the nodes: weights of the values.
+  static void interpolation(double x, double* weight);
+
+ private:
+  std::string reason_;
+  Eigen::VectorXcd lambda_;
+  int zeros_ = 0;
+  Eigen::MatrixXd chain_, to_modal_, from_modal_, b_, c_;
+  struct Transfer {
+    int output, input;
+    double re, im;
+  };
+  std::vector<Transfer> transfer_;  ///< of mode k: from transfer_begin_[k] on
+  std::vector<int> transfer_begin_;
+};
+
+}  // namespace amb_rotor

@@ -1,0 +1,371 @@
+#include "amb_rotor/integration/linear_flow.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "amb_rotor/common/check.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr int flow_nodes = LinearFlow::nodes;
+/// Eigenvalues below this [1/s] are zero: what drifts freely; the slowest motion of a supported rotor is far
+/// above.
+constexpr double zero_below = 0.5;
+/// Error of A put together again, of its size: eigenvectors that nearly coincide show here.
+constexpr double largest_modal_misfit = 1e-9;
+
+struct Gauss {
+  double x[flow_nodes] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
+  double weight[flow_nodes] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                               0.17392742256872693};
+  double lagrange[flow_nodes][flow_nodes];  ///< L_j(x) = sum_p lagrange[j][p] x^p
+  double top[flow_nodes][flow_nodes];       ///< part of the values that is the highest Legendre polynomial
+  Gauss() {
+    Eigen::Matrix<double, flow_nodes, flow_nodes> powers;
+    for (int i = 0; i < flow_nodes; ++i)
+      for (int p = 0; p < flow_nodes; ++p) powers(i, p) = std::pow(x[i], p);
+    const Eigen::Matrix<double, flow_nodes, flow_nodes> inverted = powers.inverse();
+    for (int j = 0; j < flow_nodes; ++j)
+      for (int p = 0; p < flow_nodes; ++p) lagrange[j][p] = inverted(p, j);
+    const auto legendre = [](double at) {  // P_3 on [0, 1]
+      const double t = 2.0 * at - 1.0;
+      return 0.5 * t * (5.0 * t * t - 3.0);
+    };
+    for (int i = 0; i < flow_nodes; ++i)
+      for (int j = 0; j < flow_nodes; ++j)
+        top[i][j] = legendre(x[i]) * legendre(x[j]) * weight[j] * (2 * (flow_nodes - 1) + 1);
+  }
+};
+const Gauss gauss_rule;
+
+struct Reciprocal {
+  double value[64] = {};
+  Reciprocal() {
+    for (int k = 1; k < 64; ++k) value[k] = 1.0 / k;
+  }
+  double operator[](int k) const { return value[k]; }
+};
+const Reciprocal reciprocal;
+
+/// A diagonal of powers of 2 that evens rows and columns out (Osborne).
+Eigen::VectorXd balance(Eigen::MatrixXd& a) {
+  const int n = static_cast<int>(a.rows());
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
+  for (int pass = 0; pass < 50; ++pass) {
+    bool changed = false;
+    for (int i = 0; i < n; ++i) {
+      double row = 0.0, column = 0.0;
+      for (int j = 0; j < n; ++j)
+        if (j != i) {
+          row += std::abs(a(i, j));
+          column += std::abs(a(j, i));
+        }
+      if (row == 0.0 || column == 0.0) continue;
+      const double f = std::exp2(std::round(0.5 * std::log2(row / column)));
+      if (f == 1.0) continue;
+      scale[i] *= f;
+      a.row(i) /= f;
+      a.col(i) *= f;
+      changed = true;
+    }
+    if (!changed) break;
+  }
+  return scale;
+}
+
+/// int_0^t exp(lambda (t - r)) (r/h)^p dr for p = 0 .. m-1, for t = x h. By parts, with I_p the integral:
+///   lambda I_p = (p/h) I_(p-1) - x^p,
+/// upwards where lambda t is large; downwards from a series where it is small, which would lose digits
+/// upwards.
+void moments(std::complex<double> lambda, double h, double x, std::complex<double> e,
+             std::complex<double>* out) {
+  const double t = x * h;
+  const double zr = lambda.real() * t, zi = lambda.imag() * t;
+  if (zr * zr + zi * zi < 2.25) {
+    double re = 1.0 / flow_nodes, im = 0.0, sum_re = re, sum_im = 0.0;
+    for (int q = 1; q < 30 && std::abs(re) + std::abs(im) > 1e-17; ++q) {
+      const double next = (zr * re - zi * im) * reciprocal[flow_nodes + q];
+      im = (zr * im + zi * re) * reciprocal[flow_nodes + q];
+      re = next;
+      sum_re += re;
+      sum_im += im;
+    }
+    double power = t;
+    for (int p = 1; p < flow_nodes; ++p) power *= x;
+    out[flow_nodes - 1] = std::complex<double>(power * sum_re, power * sum_im);
+    for (int p = flow_nodes - 1; p > 0; --p) {
+      power /= x;  // t x^(p-1)
+      const std::complex<double> before = out[p];
+      const double scale = h / p;
+      out[p - 1] = {scale * (lambda.real() * before.real() - lambda.imag() * before.imag() + power * x / t),
+                    scale * (lambda.real() * before.imag() + lambda.imag() * before.real())};
+    }
+    return;
+  }
+  const std::complex<double> inverse = 1.0 / lambda;
+  double power = 1.0;
+  out[0] = (e - 1.0) * inverse;
+  for (int p = 1; p < flow_nodes; ++p) {
+    power *= x;
+    out[p] = (double(p) / h * out[p - 1] - power) * inverse;
+  }
+}
+
+}  // namespace
+
+const double* LinearFlow::abscissae() { return gauss_rule.x; }
+
+void LinearFlow::interpolation(double x, double* weight) {
+  for (int j = 0; j < flow_nodes; ++j) {
+    double value = 0.0;
+    for (int p = flow_nodes - 1; p >= 0; --p) value = value * x + gauss_rule.lagrange[j][p];
+    weight[j] = value;
+  }
+}
+
+LinearFlow::LinearFlow(const LinearSystem& system) {
+  const int n = static_cast<int>(system.a.rows());
+  AMB_ROTOR_CHECK(system.b.rows() == n && system.c.cols() == n && system.b.cols() % 2 == 0,
+                  "sizes must match");
+  Eigen::MatrixXd a = system.a;
+  const Eigen::VectorXd scale = balance(a);
+  const GeneralEigen eigen = generalEigen(a);
+  if (!eigen.converged) {
+    reason_ = "no eigenvalues found";
+    return;
+  }
+  std::vector<int> kept;
+  std::vector<bool> pair;
+  for (int i = 0; i < n; ++i) {
+    const std::complex<double> l = eigen.values[i];
+    if (std::abs(l) < zero_below)
+      ++zeros_;
+    else if (l.imag() >= 0.0) {
+      kept.push_back(i);
+      pair.push_back(l.imag() > 0.0);
+    }
+  }
+  // columns: (Re v, -Im v) of pairs, v of real ones, then the space of the eigenvalue 0
+  Eigen::MatrixXd basis(n, n), blocks = Eigen::MatrixXd::Zero(n, n);
+  int column = 0;
+  std::vector<int> place;
+  lambda_.resize(static_cast<int>(kept.size()));
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const std::complex<double> l = eigen.values[kept[k]];
+    lambda_[static_cast<int>(k)] = l;
+    place.push_back(column);
+    blocks(column, column) = l.real();
+    basis.col(column++) = eigen.vectors.col(kept[k]).real();
+    if (!pair[k]) continue;
+    blocks(column, column) = l.real();
+    blocks(column, column - 1) = l.imag();
+    blocks(column - 1, column) = -l.imag();
+    basis.col(column++) = -eigen.vectors.col(kept[k]).imag();
+  }
+  if (column + zeros_ != n) {
+    reason_ = "eigenvalues do not come in pairs";
+    return;
+  }
+  chain_.resize(zeros_, zeros_);
+  if (zeros_ > 0) {
+    const Eigen::MatrixXd square = a * a;
+    const SingularValues svd = squareSvd(square);
+    const Eigen::MatrixXd null = svd.v.rightCols(zeros_);
+    basis.rightCols(zeros_) = null;
+    chain_ = null.transpose() * a * null;
+    blocks.bottomRightCorner(zeros_, zeros_) = chain_;
+  }
+  // vectors that do not span the space give infinities here, which the misfit sees
+  const Eigen::MatrixXd back_to_basis = inverse(basis);
+  const double misfit = (basis * blocks * back_to_basis - a).norm() / a.norm();
+  const double longer = zeros_ > 0 ? (chain_ * chain_).norm() : 0.0;
+  if (!(misfit < largest_modal_misfit) || !(longer < largest_modal_misfit * std::max(1.0, a.norm()))) {
+    reason_ = "eigenvectors nearly coincide";
+    return;
+  }
+  const int modes = static_cast<int>(kept.size()), size = 2 * modes + zeros_;
+  to_modal_ = Eigen::MatrixXd::Zero(size, n);
+  from_modal_ = Eigen::MatrixXd::Zero(n, size);
+  const Eigen::MatrixXd back = back_to_basis * scale.cwiseInverse().asDiagonal(),
+                        forth = scale.asDiagonal() * basis;
+  for (int k = 0; k < modes; ++k) {
+    to_modal_.row(k) = back.row(place[static_cast<std::size_t>(k)]);
+    from_modal_.col(k) = forth.col(place[static_cast<std::size_t>(k)]);
+    if (!pair[static_cast<std::size_t>(k)]) continue;
+    to_modal_.row(modes + k) = back.row(place[static_cast<std::size_t>(k)] + 1);
+    from_modal_.col(modes + k) = forth.col(place[static_cast<std::size_t>(k)] + 1);
+  }
+  to_modal_.bottomRows(zeros_) = back.bottomRows(zeros_);
+  from_modal_.rightCols(zeros_) = forth.rightCols(zeros_);
+  b_ = to_modal_ * system.b;
+  c_ = system.c * from_modal_;
+  // what a mode carries from an input to an output: most carry nothing between most
+  for (int k = 0; k < modes; ++k) {
+    transfer_begin_.push_back(static_cast<int>(transfer_.size()));
+    const double most = std::hypot(b_.row(k).cwiseAbs().maxCoeff(), b_.row(modes + k).cwiseAbs().maxCoeff()) *
+                        std::hypot(c_.col(k).cwiseAbs().maxCoeff(), c_.col(modes + k).cwiseAbs().maxCoeff());
+    for (int o = 0; o < outputs(); ++o)
+      for (int i = 0; i < inputs(); ++i) {
+        const std::complex<double> q = std::complex<double>(c_(o, k), -c_(o, modes + k)) *
+                                       std::complex<double>(b_(k, i), b_(modes + k, i));
+        if (std::abs(q) > 1e-17 * most) transfer_.push_back({o, i, q.real(), q.imag()});
+      }
+  }
+  transfer_begin_.push_back(static_cast<int>(transfer_.size()));
+}
+
+void LinearFlow::rest(const Eigen::VectorXd& g, Eigen::VectorXd& s, Eigen::VectorXd& drift) const {
+  s.setZero(size());
+  for (int k = 0; k < modes(); ++k) {
+    const std::complex<double> z = -std::complex<double>(g[k], g[modes() + k]) / lambda_[k];
+    s[k] = z.real();
+    s[modes() + k] = z.imag();
+  }
+  drift = g.tail(zeros_);
+}
+
+void LinearFlow::harmonic(const Eigen::VectorXd& gc, const Eigen::VectorXd& gs, double speed,
+                          Eigen::VectorXd& c, Eigen::VectorXd& s) const {
+  const std::complex<double> i(0.0, 1.0);
+  c.setZero(size());
+  s.setZero(size());
+  for (int k = 0; k < modes(); ++k) {
+    const std::complex<double> a(gc[k], gc[modes() + k]), b(gs[k], gs[modes() + k]);
+    const std::complex<double> p = 0.5 * (a - i * b) / (i * speed - lambda_[k]),
+                               q = 0.5 * (a + i * b) / (-i * speed - lambda_[k]);
+    const std::complex<double> cosine = p + q, sine = i * (p - q);
+    c[k] = cosine.real();
+    c[modes() + k] = cosine.imag();
+    s[k] = sine.real();
+    s[modes() + k] = sine.imag();
+  }
+  if (zeros_ == 0) return;
+  // W ns = J nc + gc,  -W nc = J ns + gs, with J J = 0
+  const Eigen::VectorXd g0 = gc.tail(zeros_), g1 = gs.tail(zeros_);
+  c.tail(zeros_) = -g1 / speed - chain_ * g0 / (speed * speed);
+  s.tail(zeros_) = g0 / speed - chain_ * g1 / (speed * speed);
+}
+
+Eigen::VectorXd LinearFlow::decaying(const Eigen::VectorXd& g, double rate) const {
+  Eigen::VectorXd s = Eigen::VectorXd::Zero(size());
+  for (int k = 0; k < modes(); ++k) {
+    const std::complex<double> z = std::complex<double>(g[k], g[modes() + k]) / (-rate - lambda_[k]);
+    s[k] = z.real();
+    s[modes() + k] = z.imag();
+  }
+  if (zeros_ > 0) {
+    const Eigen::VectorXd g0 = g.tail(zeros_);
+    s.tail(zeros_) = -g0 / rate + chain_ * g0 / (rate * rate);
+  }
+  return s;
+}
+
+void LinearFlow::factors(double t, double* real, double* imaginary) const {
+  for (int k = 0; k < modes(); ++k) {
+    const double size = std::exp(lambda_[k].real() * t), angle = lambda_[k].imag() * t;
+    real[k] = size * std::cos(angle);
+    imaginary[k] = size * std::sin(angle);
+  }
+}
+
+void LinearFlow::move(const double* real, const double* imaginary, double t, double* s) const {
+  const int n = modes();
+  for (int k = 0; k < n; ++k) {
+    const double a = s[k], b = s[n + k];
+    s[k] = real[k] * a - imaginary[k] * b;
+    s[n + k] = imaginary[k] * a + real[k] * b;
+  }
+  if (zeros_ == 0) return;
+  double* z = s + 2 * n;
+  double before[64];
+  for (int i = 0; i < zeros_; ++i) before[i] = z[i];
+  for (int i = 0; i < zeros_; ++i)
+    for (int j = 0; j < zeros_; ++j) z[i] += t * chain_(i, j) * before[j];
+}
+
+LinearFlow::Table LinearFlow::emptyTable() const {
+  Table t;
+  t.real.setZero(modes());
+  t.imaginary.setZero(modes());
+  t.free.setZero((flow_nodes + 1) * outputs(), size());
+  t.forced.setZero((flow_nodes + 1) * outputs(), inputs() * flow_nodes);
+  t.response.setZero(size(), inputs() * flow_nodes);
+  t.top.setZero(outputs(), inputs() * flow_nodes);
+  return t;
+}
+
+void LinearFlow::build(double h, Table& table) const {
+  table.h = h;
+  const int n = modes(), rows = outputs();
+  table.forced.setZero();
+  for (int point = 0; point <= flow_nodes; ++point) {
+    const double x = point < flow_nodes ? gauss_rule.x[point] : 1.0, t = x * h;
+    const int first = point * rows;
+    for (int k = 0; k < n; ++k) {
+      const std::complex<double> e = std::exp(lambda_[k] * t);
+      for (int o = 0; o < rows; ++o) {
+        table.free(first + o, k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
+        table.free(first + o, n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
+      }
+      if (point == flow_nodes) {
+        table.real[k] = e.real();
+        table.imaginary[k] = e.imag();
+      }
+      std::complex<double> power[flow_nodes];
+      moments(lambda_[k], h, x, e, power);
+      for (int j = 0; j < flow_nodes; ++j) {
+        double re = 0.0, im = 0.0;
+        for (int p = 0; p < flow_nodes; ++p) {
+          re += gauss_rule.lagrange[j][p] * power[p].real();
+          im += gauss_rule.lagrange[j][p] * power[p].imag();
+        }
+        for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
+          const Transfer& q = transfer_[at];
+          table.forced(first + q.output, column(q.input, j)) += q.re * re - q.im * im;
+        }
+        if (point < flow_nodes) continue;
+        for (int i = 0; i < inputs(); ++i) {
+          const int at = column(i, j);
+          table.response(k, at) = re * b_(k, i) - im * b_(n + k, i);
+          table.response(n + k, at) = re * b_(n + k, i) + im * b_(k, i);
+        }
+      }
+    }
+    if (zeros_ == 0) continue;
+    // int (1 + J (t - r)) (r/h)^p dr
+    for (int o = 0; o < rows; ++o)
+      for (int z = 0; z < zeros_; ++z) {
+        double value = c_(o, 2 * n + z);
+        for (int i = 0; i < zeros_; ++i) value += t * c_(o, 2 * n + i) * chain_(i, z);
+        table.free(point * rows + o, 2 * n + z) = value;
+      }
+    for (int j = 0; j < flow_nodes; ++j) {
+      double once = 0.0, twice = 0.0, power = t;
+      for (int p = 0; p < flow_nodes; ++p, power *= x) {
+        once += gauss_rule.lagrange[j][p] * power / (p + 1);
+        twice += gauss_rule.lagrange[j][p] * power * t / ((p + 1) * (p + 2));
+      }
+      for (int i = 0; i < inputs(); ++i) {
+        const int at = column(i, j);
+        for (int z = 0; z < zeros_; ++z) {
+          double value = once * b_(2 * n + z, i);
+          for (int l = 0; l < zeros_; ++l) value += twice * chain_(z, l) * b_(2 * n + l, i);
+          for (int o = 0; o < rows; ++o) table.forced(point * rows + o, at) += c_(o, 2 * n + z) * value;
+          if (point == flow_nodes) table.response(2 * n + z, at) = value;
+        }
+      }
+    }
+  }
+  for (int i = 0; i < inputs(); ++i)
+    for (int j = 0; j < flow_nodes; ++j)
+      for (int o = 0; o < rows; ++o) {
+        double value = 0.0;
+        for (int l = 0; l < flow_nodes; ++l)
+          value += table.forced(flow_nodes * rows + o, column(i, l)) * gauss_rule.top[l][j];
+        table.top(o, column(i, j)) = value;
+      }
+}
+
+}  // namespace amb_rotor
