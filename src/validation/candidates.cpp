@@ -26,6 +26,8 @@ constexpr int approach_iterations = 5, approach_rounds = 2;
 /// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
 constexpr int round_iterations = 4, most_rounds = 3, most_sparse_rounds = 8;
 constexpr double hopeless_pace = 8.0;
+/// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
+constexpr double out_of_reach = 1.2;
 /// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
 /// beyond which one alone is sure without.
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
@@ -306,8 +308,11 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   value(winner, references);
   // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
   // there has led astray begin anew
-  for (int round = 0; round < approach_rounds && winner.fit.finite && !isNested(effect) && winner.evidence < hopeless;
-       ++round) {
+  const auto worthwhile = [&] {
+    return winner.fit.finite && !isNested(effect) && winner.evidence < hopeless &&
+           !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
+  };
+  for (int round = 0; round < approach_rounds && worthwhile(); ++round) {
     const Eigen::VectorXd own = winner.nuisance();
     std::vector<LocalState> local = winner.local;
     if (contact)
