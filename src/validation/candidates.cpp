@@ -33,6 +33,8 @@ constexpr double out_of_reach = 1.2;
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
 /// Share of the evidence below which a round's gain ends the rounds.
 constexpr double small_gain = 0.01;
+/// Iterations in a round for the other starts of a candidate that has several hills.
+constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
 constexpr double hopeless = -40.0;
 /// Of its prior standard deviation so much may be left of a nuisance that counts as settled by the runs without contact.
@@ -51,12 +53,17 @@ bool isNested(const std::string& effect) {
 
 namespace {
 
-/// An effect's amplitudes by a share, within their limits.
+/// An effect's amplitudes by a share, within their limits; what is neutral at its upper limit (a stator's mass) goes by its
+/// inverse.
 void scaleAmplitudes(EffectSetting& effect, double share) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].role == ParameterRole::amplitude)
-      effect.values[i] = std::clamp(share * effect.values[i], parameters[i].lower, parameters[i].upper);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const ParameterSchema& p = parameters[i];
+    if (p.role == ParameterRole::amplitude)
+      effect.values[i] = std::clamp(share * effect.values[i], p.lower, p.upper);
+    else if (p.neutral >= p.upper && share > 0.0)
+      effect.values[i] = std::clamp(effect.values[i] / share, p.lower, p.upper);
+  }
 }
 
 /// What runs without contact know nothing of.
@@ -125,7 +132,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   options.most_iterations = effort.iterations;
   options.scores = effort.scores;
   if (effort.first_look) {
-    options.attempts = 3;
+    options.attempts = 5;
     options.covariance = false;
     if (effort.iterations == 0) options.first_window_passes = 1;
     if (effort.through == Through::contact) options.window_stride = trial.stride = effort.stride;
@@ -273,8 +280,11 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);
   });
-  return *std::min_element(trials.begin(), trials.end(),
-                           [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
+  std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
+  Trial winner = std::move(trials[0]);
+  if (!contact && !isNested(winner.effect))
+    winner.others.assign(std::make_move_iterator(trials.begin() + 1), std::make_move_iterator(trials.end()));
+  return winner;
 }
 
 Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references) const {
@@ -359,7 +369,15 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
     ++finished;
     tell(t.effect);
+    const std::vector<Trial> others = std::move(t.others);
     goOn(t, {needsContact(t.effect) ? Through::contact : Through::free, round_iterations, false, needsContact(t.effect)});
+    // hills of a resonance's frequency are told apart near their tops only
+    for (Trial other : others) {
+      if (t.evidence < in_reach * leader) break;
+      value(other, references);
+      goOn(other, {Through::free, climbing_iterations});
+      if (other.evidence > t.evidence) t = std::move(other);
+    }
   }
   std::stable_sort(trials.begin(), trials.end(), order);
   // some of the windows tell candidates far apart; rivals are fitted through all of them

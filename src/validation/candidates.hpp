@@ -23,6 +23,7 @@ struct Trial {
   bool excited = true;
   int stride = 1;  ///< of the windows through contact that it was fitted to
   std::string note;
+  std::vector<Trial> others;  ///< from other starts, where an effect has hills apart from each other
   double evidence = -1e300;
   CandidateErrors errors;
 

@@ -32,6 +32,8 @@ constexpr double worthwhile_share = 0.5;
 constexpr double law_margin = 0.8;
 /// Iterations through contact alone before everything is fitted together.
 constexpr int contact_iterations = 12;
+/// Of everything together at most.
+constexpr int joint_iterations = 15;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
@@ -242,7 +244,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     from = near.effects();
     local = near.local;
   }
-  joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, 6, true});
+  joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
   errors_ = candidates_.judge(joint_, true, true);
   adopted_ = joint_.effects();
   for (std::size_t i = 0; i < effects.size(); ++i)

@@ -202,7 +202,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         improved = true;
         break;
       }
-      damping = std::max(damping * 10.0, windows ? 1e-2 : 1e-3);
+      damping = std::max(damping * 10.0, 1e-2);
       if (attempt >= 3 && expected < 1.0) break;
     }
     ++result.iterations;

@@ -40,6 +40,7 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
   stretch.first = 0;
   stretch.last = rec.samples;
   stretch.largest_step_s = freeStep(model);
+  stretch.settle_s = std::max(stretch.settle_s, settlingTime(model));
   stretch.contact_step_s = 1e-5;
   stretch.spin = rec.path == nullptr && !rec.standstill && hasSpinDrag(model) ? Spin::drag : Spin::prescribed;
   return stretch;
@@ -91,6 +92,19 @@ double freeStep(const Model& model) {
     step = std::min(step, 0.4 / (two_pi * std::max(frequency, 1.0)));
   }
   return std::max(step, 2e-6);
+}
+
+double settlingTime(const Model& model) {
+  constexpr double time_constants = 6.0, longest_s = 0.8;
+  double longest = 0.0;
+  for (const auto& effect : model.effects) {
+    if (effect.id != "shaft_flexibility" && effect.id != "foundation_resonance") continue;
+    const EffectSchema* schema = effectCatalogue().find(effect.id);
+    const double frequency = effect.values[schema->indexOf("frequency_hz")];
+    const double damping = effect.values[schema->indexOf("damping_ratio")];
+    longest = std::max(longest, time_constants / std::max(two_pi * frequency * damping, 1e-9));
+  }
+  return std::min(longest, longest_s);
 }
 
 double contactStep(const Model& model) {

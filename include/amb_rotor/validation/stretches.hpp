@@ -22,6 +22,9 @@ ShaftInstant shaftAt(const Recording& rec, const Model& model, double time);
 double freeStep(const Model& model);
 double contactStep(const Model& model);
 
+/// Time in which a weakly damped resonance of an effect forgets how it began [s]; 0: none has one.
+double settlingTime(const Model& model);
+
 /// Instants that a local parabola goes through: the first of them, counted from the one looked at, and how many.
 struct MeasuredFrom {
   long from = 0, count = 8;
