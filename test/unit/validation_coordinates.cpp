@@ -78,13 +78,26 @@ TEST(FitSpaceTest, LimitsHold) {
 
 TEST(FitSpaceTest, APositiveParameterGoesByItsLogarithm) {
   const FitSpace space(belief(), {{"foundation_resonance", {30.0, 50.0, 0.03}}});
-  const int mass = space.nuisances();
+  const int frequency = space.nuisances() + 1;
   Eigen::VectorXd x = space.start();
-  x[mass] += std::log(2.0);
-  EXPECT_NEAR(space.model(x).effects[0].values[0], 60.0, 1e-12);
+  x[frequency] += std::log(2.0);
+  EXPECT_NEAR(space.model(x).effects[0].values[1], 100.0, 1e-12);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
-  covariance(mass, mass) = 0.01 * 0.01;
-  EXPECT_NEAR(space.effectValues(0, x, covariance)[0].std, 0.6, 1e-12) << "1 % of the value";
+  covariance(frequency, frequency) = 0.01 * 0.01;
+  EXPECT_NEAR(space.effectValues(0, x, covariance)[1].std, 1.0, 1e-12) << "1 % of the value";
+}
+
+TEST(FitSpaceTest, WhatIsNeutralAtItsUpperLimitGoesByItsInverseRoot) {
+  const FitSpace space(belief(), {{"eddy_current_lag", {2500.0}}});
+  const int corner = space.nuisances();
+  Eigen::VectorXd x = space.start();
+  EXPECT_NEAR(x[corner], 0.02, 1e-15) << "1/sqrt(2500)";
+  x[corner] = 0.01;
+  EXPECT_NEAR(space.model(x).effects[0].values[0], 1e4, 1e-8);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  covariance(corner, corner) = 1e-5 * 1e-5;
+  // f = u^-2: df = 2 f^(3/2) du = 2 * 1e6 * 1e-5
+  EXPECT_NEAR(space.effectValues(0, x, covariance)[0].std, 20.0, 1e-8);
 }
 
 TEST(FitSpaceTest, AFittedEffectReplacesTheBeliefsAndEachUnbalanceIsItsOwn) {
