@@ -51,10 +51,6 @@ bool isNested(const std::string& effect) {
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
 
-namespace {
-
-/// An effect's amplitudes by a share, within their limits; what is neutral at its upper limit (a stator's mass) goes by its
-/// inverse.
 void scaleAmplitudes(EffectSetting& effect, double share) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -65,6 +61,8 @@ void scaleAmplitudes(EffectSetting& effect, double share) {
       effect.values[i] = std::clamp(effect.values[i] / share, p.lower, p.upper);
   }
 }
+
+namespace {
 
 /// What runs without contact know nothing of.
 std::vector<bool> heldWithoutContact(const FitSpace& space) {

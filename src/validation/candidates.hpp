@@ -62,6 +62,10 @@ struct FitEffort {
   int stride = 4;           ///< of those in a first look
 };
 
+/// An effect's amplitudes by a share, within their limits; what is neutral at its upper limit (a stator's mass) goes by its
+/// inverse.
+void scaleAmplitudes(EffectSetting& effect, double share);
+
 class Candidates {
  public:
   Candidates(const Model& belief, const Dataset& dataset);

@@ -226,8 +226,8 @@ bool Diagnoser::earns(const Trial& trial) const {
   // it must take a share of what is above the floor: a wrong effect that bends a little towards the right one does not
   const auto earned = [](double was, double is) {
     if (was < 0.0 || is < 0.0) return false;
-    const double drop = was * was - is * is, excess = was * was - 1.0;
-    return drop > least_validation_drop * was * was && drop > least_excess_share * excess;
+    const double drop = was * was - is * is, above = was * was - 1.0;
+    return drop > least_validation_drop * was * was && drop > least_excess_share * above;
   };
   return earned(errors_.validation_error_free, trial.errors.validation_error_free) ||
          earned(errors_.validation_error_contact, trial.errors.validation_error_contact);
@@ -296,7 +296,10 @@ Unexplained Diagnoser::unexplainedBy(const Trial& trial) const {
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far.
 bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
-  if (!(errors_.validation_error_free > structured_error)) return false;  // the law is sought in runs without contact
+  // the law is sought in runs without contact: it stands for no effect that shows in contact
+  if (!(errors_.validation_error_free > structured_error)) return false;
+  for (const auto& effect : adopted_)
+    if (needsContact(effect.id)) return false;
   if (!law_) law_ = unexplainedBy(first_);
   return !law_->terms.empty() && excess(out.baseline) * (1.0 - law_->held_out_gain) < law_margin * excess(errors_);
 }
@@ -305,6 +308,8 @@ bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
 void Diagnoser::preferLaw(Diagnosis& out) {
   for (const auto& step : out.steps) out.withdrawn.push_back(step.added);
   out.steps.clear();
+  out.experiments.clear();
+  out.rivals.clear();
   adopted_.clear();
   joint_ = first_;
   errors_ = out.baseline;

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "amb_rotor/validation/starts.hpp"
-#include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/validation/term_search.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -15,17 +15,14 @@ constexpr int iterations = 8;
 /// Evidence that a pair must promise beyond the better of the two.
 constexpr double least_more = 12.0;
 
+/// Share of a start at which all candidates are linearised together: near neutral, where none hides another.
+constexpr double next_to_neutral = 0.01;
+
 /// Drop of chi2 by some of the coordinates.
 double dropOf(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen) {
-  const int n = static_cast<int>(chosen.size());
-  Eigen::MatrixXd own(n, n);
-  Eigen::VectorXd right(n);
-  for (int i = 0; i < n; ++i) {
-    right[i] = g[chosen[i]];
-    for (int j = 0; j < n; ++j) own(i, j) = h(chosen[i], chosen[j]);
-    own(i, i) = own(i, i) * (1.0 + 1e-9) + 1e-300;
-  }
-  const double drop = right.dot(Ldlt(own).solve(right));
+  const Eigen::VectorXd step = solveFor(h, g, chosen);
+  double drop = 0.0;
+  for (std::size_t i = 0; i < chosen.size(); ++i) drop += step[static_cast<long>(i)] * g[chosen[i]];
   return std::isfinite(drop) ? drop : 0.0;
 }
 
@@ -94,6 +91,7 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
     const auto values = startingValues(t.effect, candidates.belief(), candidates.recordings(), unused);
     if (values.empty()) continue;
     start[t.effect] = {t.effect, values[0]};
+    scaleAmplitudes(start[t.effect], next_to_neutral);
     all.push_back(start[t.effect]);
     linear.push_back(t.effect);
   }
@@ -106,7 +104,8 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
       for (const PairGain& gain : pairGains(joint, linear, least_more))
         if (pairs.size() < most_linear) join(gain.first, gain.second);
   }
-  if (best.size() == 2) join(best[0], best[1]);
+  // an effect without contact stands still in fits through contact: such a pair would be one effect only
+  if (best.size() == 2 && needsContact(best[0]) == needsContact(best[1])) join(best[0], best[1]);
 
   std::vector<PairTrial> out;
   for (const auto& [first, second] : pairs) {
@@ -114,7 +113,7 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
     PairTrial pair;
     pair.first = first;
     pair.second = second;
-    pair.contact = needsContact(first) || needsContact(second);
+    pair.contact = needsContact(first);
     Settings effects = adopted;
     effects.push_back(start[first]);
     effects.push_back(start[second]);

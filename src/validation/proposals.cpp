@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "amb_rotor/validation/experiments.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/validation/experiments.hpp"
 
 namespace amb_rotor {
 namespace {

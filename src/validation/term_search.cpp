@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+
 #include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {

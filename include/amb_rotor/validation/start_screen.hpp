@@ -18,6 +18,8 @@ struct StartGain {
   double share = 0.0;  ///< a, by which the start would do best
 };
 
+/// Keeps samples * channels * (nuisances + 1) floats of each run: 50 MB for twelve runs of 15000 samples, four channels
+/// and sixteen nuisances.
 class StartScreen {
  public:
   /// @param recordings  must outlive this
