@@ -51,6 +51,13 @@ bool isNested(const std::string& effect) {
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
 
+LocalState begunAnew(const LocalState& state) {
+  LocalState out;
+  out.angle_searches = state.angle_searches;
+  out.angle_rad = state.angle_rad;
+  return out;
+}
+
 void scaleAmplitudes(EffectSetting& effect, double share) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -156,6 +163,8 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough
   evaluation.window_passes = 3;
   evaluation.window_stride = stride;
   std::vector<LocalState>& local = trial.local;
+  if (thorough)
+    for (const int run : check_contact_) local[run] = begunAnew(local[run]);  // another model may have led it astray
   double sum = 0.0;
   int count = 0;
   const auto mean = [&](const std::vector<int>& which) {
@@ -324,7 +333,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     const Eigen::VectorXd own = winner.nuisance();
     std::vector<LocalState> local = winner.local;
     if (contact)
-      for (auto& state : local) state.window_start.clear();
+      for (auto& state : local) state = begunAnew(state);
     Trial more = fit(winner.effects(), &own, local, {contact ? Through::contact : Through::free, approach_iterations, false, true},
                      contact ? &references.prior : nullptr);
     if (more.fit.chi2 >= winner.fit.chi2) break;

@@ -62,6 +62,9 @@ struct FitEffort {
   int stride = 4;           ///< of those in a first look
 };
 
+/// A run's unknowns without the windows' starts and the offsets that a model has led to.
+LocalState begunAnew(const LocalState& state);
+
 /// An effect's amplitudes by a share, within their limits; what is neutral at its upper limit (a stator's mass) goes by its
 /// inverse.
 void scaleAmplitudes(EffectSetting& effect, double share);

@@ -30,6 +30,9 @@ constexpr int judged_stride = 4;
 constexpr double worthwhile_share = 0.5;
 /// Of what the adopted effects leave above the floor a law of a few terms may leave so much to stand in their place.
 constexpr double law_margin = 0.8;
+/// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
+constexpr double astray = 1.5;
+constexpr int fresh_rounds = 2;
 /// Iterations through contact alone before everything is fitted together.
 constexpr int contact_iterations = 12;
 /// Of everything together at most.
@@ -239,7 +242,15 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   Settings from = effects;
   std::vector<LocalState> local = start.local;
   if (needsContact(effects.back().id)) {  // near to its end with few unknowns first
-    const Trial near = candidates_.fit(effects, &own, local, {Through::contact, contact_iterations}, &references_.prior);
+    Trial near = candidates_.fit(effects, &own, local, {Through::contact, contact_iterations}, &references_.prior);
+    // windows whose starts the way here has led astray hold the rest where it is: they begin anew
+    for (int round = 0; round < fresh_rounds && near.fit.finite && near.fit.squares > astray * near.fit.count; ++round) {
+      const Eigen::VectorXd at = near.nuisance();
+      for (auto& state : local) state = begunAnew(state);
+      Trial more = candidates_.fit(near.effects(), &at, local, {Through::contact, contact_iterations}, &references_.prior);
+      if (!more.fit.finite || more.fit.chi2 >= near.fit.chi2) break;
+      near = std::move(more);
+    }
     own = near.nuisance();
     from = near.effects();
     local = near.local;

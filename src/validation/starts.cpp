@@ -127,7 +127,12 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     reason = "only a rigid beam tilts without a gyroscopic matrix of its own";
     return {};
   }
-  if (effect == "gyroscopic_coupling") return {with({rig.rotor.polar_inertia_kg_m2})};
+  if (effect == "gyroscopic_coupling") {
+    // a long rotor to a disc: the split of the conical mode takes the responses through their peaks
+    std::vector<std::vector<double>> out;
+    for (double share : {0.02, 0.1, 0.3, 0.8}) out.push_back({share * rig.rotor.transverse_inertia_kg_m2});
+    return out;
+  }
   if (effect == "cross_coupled_stiffness") return {with({0.0, 100.0, 1.0, 0.0})};
   if (effect == "foundation_resonance") {
     std::vector<std::vector<double>> out;
