@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 #include "candidates.hpp"
+#include "diagnosis_words.hpp"
 #include "pairs.hpp"
 #include "proposals.hpp"
 
@@ -49,59 +49,6 @@ double excess(const CandidateErrors& errors) {
 /// Effects adopted at most where a pair comes on top of the steps.
 constexpr int most_adopted = 4;
 
-std::string twoPlaces(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f", value);
-  return text;
-}
-
-/// The finding, readable in one look.
-std::vector<std::string> sentencesOf(const Diagnosis& d) {
-  std::vector<std::string> out;
-  out.push_back("On the runs to validate, the believed model stands at " + twoPlaces(d.baseline.validation_error) +
-                " times the noise, all its uncertain numbers refitted.");
-  std::string together;
-  for (const auto& step : d.steps) {
-    together += step.added;
-    if (step.only_with_next)
-      together += " and, neither of them alone, ";
-    else
-      out.push_back("With " + together + " it stands at " + twoPlaces(step.errors.validation_error) + ".");
-    if (!step.only_with_next) together.clear();
-  }
-  for (const auto& name : d.withdrawn)
-    out.push_back(name + (d.steps.empty() ? " only bends towards what is missing: a law of a few terms leaves less than it does."
-                                          : " was adopted on the way and is needless beside the others."));
-  if (d.steps.empty()) out.push_back("No effect of the catalogue earns its place on these runs.");
-  std::string unseen;
-  for (const auto& c : d.ranking)
-    if (!c.excited) unseen += (unseen.empty() ? "" : ", ") + c.effect;
-  if (!unseen.empty()) out.push_back("These runs cannot show: " + unseen + ".");
-  return out;
-}
-
-/// From which distance to its neutral value on a candidate would have been seen, by each parameter's standard deviation.
-std::string powerOf(const Trial& trial) {
-  const int more = static_cast<int>(trial.space->size() - trial.space->nuisances());
-  const double wanted = std::sqrt(2.0 * least_evidence + more * std::log(std::max(2.0, trial.fit.count)));
-  const EffectSchema& schema = *effectCatalogue().find(trial.effect);
-  const auto values = trial.space->effectValues(static_cast<int>(trial.space->fitted().size()) - 1, trial.fit.x,
-                                                trial.fit.covariance);
-  std::string out;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const ParameterSchema& p = schema.parameters[i];
-    const bool measures = p.role != ParameterRole::phase && p.role != ParameterRole::fixed && std::isfinite(p.neutral);
-    if (!measures || !(values[i].std > 0.0) || !std::isfinite(values[i].std)) continue;
-    char text[96];
-    if (p.neutral == 0.0)
-      std::snprintf(text, sizeof text, "%s %.2g %s", p.name.c_str(), wanted * values[i].std, p.unit.c_str());
-    else
-      std::snprintf(text, sizeof text, "%s %.4g +- %.2g %s", p.name.c_str(), p.neutral, wanted * values[i].std, p.unit.c_str());
-    out += (out.empty() ? "would have been seen from about " : ", ") + std::string(text);
-  }
-  return out;
-}
-
 class Diagnoser {
  public:
   Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options)
@@ -125,6 +72,7 @@ class Diagnoser {
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   void refer();
   bool withdraw(Diagnosis& out);
+  void lookAgain(Diagnosis& out) const;
   bool clean() const;
   bool structured() const;
   Unexplained unexplainedBy(const Trial& trial) const;
@@ -139,6 +87,7 @@ class Diagnoser {
   Settings adopted_;
   References references_;
   Trial first_;             ///< the belief, as the baseline left it
+  References begin_;        ///< its
   std::optional<Unexplained> law_;  ///< beside it, where that was asked
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
@@ -214,7 +163,7 @@ void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
     c.errors = t.errors;
     if (t.usable()) {
       c.parameters = t.space->effectValues(static_cast<int>(t.space->fitted().size()) - 1, t.fit.x, t.fit.covariance);
-      if (t.evidence < least_evidence) c.note = powerOf(t);
+      if (t.evidence < least_evidence) c.note = powerOf(t, least_evidence);
       for (const auto& other : trials)
         if (other.effect != t.effect && other.excited && t.evidence > least_evidence &&
             std::fabs(other.evidence - t.evidence) < std::max(8.0, 0.03 * t.evidence))
@@ -292,6 +241,27 @@ bool Diagnoser::withdraw(Diagnosis& out) {
   return false;
 }
 
+/// Values anew what stands in the end: the way over an effect since taken back may have led out of a hollow in which the
+/// first look at it had stayed.
+void Diagnoser::lookAgain(Diagnosis& out) const {
+  for (const auto& effect : adopted_) {
+    const bool contact = needsContact(effect.id);
+    const Eigen::VectorXd own = joint_.nuisance();
+    Trial trial = candidates_.fit({effect}, &own, joint_.local, {contact ? Through::contact : Through::free, joint_iterations},
+                                  contact ? &begin_.prior : nullptr);
+    trial.evidence = candidates_.evidence(trial, begin_.of(trial));
+    for (auto& c : out.ranking) {
+      if (c.effect != effect.id || trial.evidence <= c.evidence) continue;
+      c.evidence = trial.evidence;
+      c.errors = candidates_.judge(trial, contact, false);
+      c.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
+      c.note.clear();
+    }
+  }
+  std::stable_sort(out.ranking.begin(), out.ranking.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.evidence > b.evidence; });
+}
+
 bool Diagnoser::clean() const {
   return errors_.validation_error_free < 1.05 &&
          (errors_.validation_error_contact < 0.0 || errors_.validation_error_contact < 1.1);
@@ -354,6 +324,8 @@ Diagnosis Diagnoser::run() {
     for (const auto& remark : r.remarks) out.remarks.push_back(r.run.id + ": " + remark);
   baseline(out);
   first_ = joint_;
+  begin_ = references_;
+  begin_.screen.reset();  // the starts' directions take much room
   double before = excess(errors_);
   for (int step = 0; step < options_.most_steps; ++step) {
     if (step > 0) refer();
@@ -384,6 +356,7 @@ Diagnosis Diagnoser::run() {
     before = left;
   }
   if (structured() && !out.steps.empty() && lawLeavesLess(out)) preferLaw(out);
+  if (!out.withdrawn.empty() && !out.steps.empty()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
   if (structured()) {
     out.verdict = "unknown";

@@ -1,0 +1,65 @@
+#include "diagnosis_words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "amb_rotor/effects/catalogue.hpp"
+
+namespace amb_rotor {
+namespace {
+
+std::string twoPlaces(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> sentencesOf(const Diagnosis& d) {
+  std::vector<std::string> out;
+  out.push_back("On the runs to validate, the believed model stands at " + twoPlaces(d.baseline.validation_error) +
+                " times the noise, all its uncertain numbers refitted.");
+  std::string together;
+  for (const auto& step : d.steps) {
+    together += step.added;
+    if (step.only_with_next)
+      together += " and, neither of them alone, ";
+    else
+      out.push_back("With " + together + " it stands at " + twoPlaces(step.errors.validation_error) + ".");
+    if (!step.only_with_next) together.clear();
+  }
+  for (const auto& name : d.withdrawn)
+    out.push_back(name + (d.steps.empty() ? " only bends towards what is missing: a law of a few terms leaves less than it does."
+                                          : " was adopted on the way and is needless beside the others."));
+  if (d.steps.empty()) out.push_back("No effect of the catalogue earns its place on these runs.");
+  std::string unseen;
+  for (const auto& c : d.ranking)
+    if (!c.excited) unseen += (unseen.empty() ? "" : ", ") + c.effect;
+  if (!unseen.empty()) out.push_back("These runs cannot show: " + unseen + ".");
+  return out;
+}
+
+std::string powerOf(const Trial& trial, double least_evidence) {
+  const int more = static_cast<int>(trial.space->size() - trial.space->nuisances());
+  const double wanted = std::sqrt(2.0 * least_evidence + more * std::log(std::max(2.0, trial.fit.count)));
+  const EffectSchema& schema = *effectCatalogue().find(trial.effect);
+  const auto values = trial.space->effectValues(static_cast<int>(trial.space->fitted().size()) - 1, trial.fit.x,
+                                                trial.fit.covariance);
+  std::string out;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const ParameterSchema& p = schema.parameters[i];
+    const bool measures = p.role != ParameterRole::phase && p.role != ParameterRole::fixed && std::isfinite(p.neutral);
+    if (!measures || !(values[i].std > 0.0) || !std::isfinite(values[i].std)) continue;
+    char text[96];
+    if (p.neutral == 0.0)
+      std::snprintf(text, sizeof text, "%s %.2g %s", p.name.c_str(), wanted * values[i].std, p.unit.c_str());
+    else
+      std::snprintf(text, sizeof text, "%s %.4g +- %.2g %s", p.name.c_str(), p.neutral, wanted * values[i].std, p.unit.c_str());
+    out += (out.empty() ? "would have been seen from about " : ", ") + std::string(text);
+  }
+  return out;
+}
+
+}  // namespace amb_rotor

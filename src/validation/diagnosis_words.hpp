@@ -1,0 +1,19 @@
+#pragma once
+// A diagnosis in words.
+#include <string>
+#include <vector>
+
+#include "candidates.hpp"
+
+namespace amb_rotor {
+
+/// The finding, readable in one look.
+std::vector<std::string> sentencesOf(const Diagnosis& diagnosis);
+
+/// From which distance to its neutral value on a candidate would have been seen: of each parameter
+///   sqrt(2 E + n ln N) standard deviations
+/// with E the least evidence for an adoption, n the candidate's parameters and N the samples. Phases, and what is neutral
+/// nowhere, are left out; empty where nothing is known.
+std::string powerOf(const Trial& trial, double least_evidence);
+
+}  // namespace amb_rotor
