@@ -12,12 +12,11 @@ namespace {
 
 /// Length of the blocks whose scores are taken as independent [s].
 constexpr double score_block_s = 0.05;
-/// Angles tried at standstill.
-constexpr int angle_grid = 16;
+/// Angles tried at standstill: over the whole turn, then about the best. The hills of a crack, which opens over a small
+/// angle, are narrow; what else turns with the shaft goes by sine and cosine.
+constexpr int angle_grid = 16, crack_grid = 64, fine_grid = 8;
 /// How often that is done before the angle only moves with the fit.
-constexpr int most_angle_searches = 4;
-/// Of a run so much is searched at most [s]: the grid only has to find the right hill.
-constexpr double angle_search_s = 0.3;
+constexpr int most_angle_searches = 2;
 constexpr double angle_step = 0.01;
 
 /// Sum of squares over the noise of the first `samples`, with the best constant offset of each displacement channel
@@ -55,36 +54,36 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const bool angle = rec.standstill && dependsOnAngle(models[0]);
 
   if (angle && local.angle_searches < most_angle_searches) {
-    // the whole turn on a grid, then finely about the best; again while the model still moves
+    // again while the model still moves
     ++local.angle_searches;
-    Stretch searched = stretch;
-    searched.last = std::min(n, std::max<long>(1, static_cast<long>(angle_search_s * rec.run.sample_rate_hz)));
-    double best = 1e300, from = 0.0, spacing = two_pi / angle_grid;
-    for (int level = 0; level < 2; ++level) {
-      std::vector<std::vector<double>> outs(angle_grid, std::vector<double>(searched.last * predicted_channels));
+    const bool crack = std::any_of(models[0].effects.begin(), models[0].effects.end(),
+                                   [](const EffectSetting& effect) { return effect.id == "shaft_crack"; });
+    const int turn_grid = crack ? crack_grid : angle_grid;
+    double best = 1e300, from = 0.0, spacing = two_pi / turn_grid;
+    for (const int grid : {turn_grid, fine_grid}) {
+      std::vector<std::vector<double>> outs(grid, std::vector<double>(n * predicted_channels));
       std::vector<LaneJob> jobs;
-      for (int k = 0; k < angle_grid; ++k) {
+      for (int k = 0; k < grid; ++k) {
         jobs.push_back(jobOf(rec, models[0], from + spacing * k));
         jobs.back().out = outs[k].data();
       }
-      predict(searched, jobs);
-      for (int k = 0; k < angle_grid; ++k) {
-        const double sum = jobs[k].finite ? sumOfSquares(rec, searched.last, outs[k], offset_std_) : 1e300;
+      predict(stretch, jobs);
+      for (int k = 0; k < grid; ++k) {
+        const double sum = jobs[k].finite ? sumOfSquares(rec, n, outs[k], offset_std_) : 1e300;
         if (sum < best) {
           best = sum;
           local.angle_rad = from + spacing * k;
         }
       }
       from = local.angle_rad - spacing;
-      spacing *= 2.0 / (angle_grid - 1);
+      spacing *= 2.0 / (fine_grid - 1);
     }
   }
 
   // lanes: base, one for each coordinate, one for the angle
   std::vector<LaneJob> jobs;
   for (int k = 0; k < lanes; ++k) jobs.push_back(jobOf(rec, models[k], local.angle_rad));
-  const bool angle_column = angle && lanes > 1;
-  if (angle_column) jobs.push_back(jobOf(rec, models[0], local.angle_rad + angle_step));
+  if (angle) jobs.push_back(jobOf(rec, models[0], local.angle_rad + angle_step));
   std::vector<double> outs(width * jobs.size());
   for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
   predict(stretch, jobs);
@@ -98,7 +97,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
 
   // columns: coordinates 0..p-1 (where asked), angle, offsets, drifts
   const int g = lanes - 1;
-  const int la = angle_column ? 1 : 0;
+  const int la = angle ? 1 : 0;
   const bool offsets = offset_std_ > 0.0;
   const int local_size = la + (offsets ? 8 : 0);
   const int size = g + local_size;
