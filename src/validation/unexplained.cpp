@@ -26,6 +26,10 @@ constexpr int most_rounds = 4, most_halvings = 4;
 constexpr double far_from_belief = 1.0;
 /// Share of the unexplained that a line of fixed frequency must hold to be named without a law.
 constexpr double least_line_share = 0.3;
+/// Where nothing is found.
+const char* const no_law =
+    "no force at the bearings in position, velocity, spin speed, shaft angle, control current or time takes 5 % of the "
+    "unexplained error";
 
 /// Quantities of a term, out of its meaning ("position, velocity: ...").
 std::vector<std::string> quantitiesOf(const std::string& meaning) {
@@ -305,9 +309,7 @@ Unexplained searchUnexplained(const std::vector<Recording>& recordings, const Fi
       return out;
     }
     if (out.shape.empty())
-      out.shape =
-          "no force at the bearings in position, velocity, spin speed, shaft angle, control current or time "
-          "takes 5 % of the unexplained error";
+      out.shape = no_law;
     return out;
   }
   const int first = search.first();
@@ -323,6 +325,10 @@ Unexplained searchUnexplained(const std::vector<Recording>& recordings, const Fi
     const double was = search.chi2(stood, search.heldOut(), fresh, &held);
     const double is = search.chi2(at, search.heldOut(), fresh, nullptr);
     out.held_out_gain = (was - is) / std::max(1.0, was - held);
+    if (out.held_out_gain < least_share) {  // it only repeats the runs that it was fitted to
+      out = Unexplained();
+      out.shape = no_law;
+    }
   }
   return out;
 }
