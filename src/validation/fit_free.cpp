@@ -17,6 +17,8 @@ constexpr double score_block_s = 0.05;
 constexpr int angle_grid = 16, crack_grid = 64, fine_grid = 8;
 /// How often that is done before the angle only moves with the fit.
 constexpr int most_angle_searches = 2;
+/// Of a run so much is searched within a fit [s], which moves the angle further; to judge, all of it.
+constexpr double angle_search_s = 0.3;
 constexpr double angle_step = 0.01;
 
 /// Sum of squares over the noise of the first `samples`, with the best constant offset of each displacement channel
@@ -59,17 +61,20 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     const bool crack = std::any_of(models[0].effects.begin(), models[0].effects.end(),
                                    [](const EffectSetting& effect) { return effect.id == "shaft_crack"; });
     const int turn_grid = crack ? crack_grid : angle_grid;
+    Stretch searched = stretch;
+    if (options.all_or_nothing)
+      searched.last = std::min(n, std::max<long>(1, static_cast<long>(angle_search_s * rec.run.sample_rate_hz)));
     double best = 1e300, from = 0.0, spacing = two_pi / turn_grid;
     for (const int grid : {turn_grid, fine_grid}) {
-      std::vector<std::vector<double>> outs(grid, std::vector<double>(n * predicted_channels));
+      std::vector<std::vector<double>> outs(grid, std::vector<double>(searched.last * predicted_channels));
       std::vector<LaneJob> jobs;
       for (int k = 0; k < grid; ++k) {
         jobs.push_back(jobOf(rec, models[0], from + spacing * k));
         jobs.back().out = outs[k].data();
       }
-      predict(stretch, jobs);
+      predict(searched, jobs);
       for (int k = 0; k < grid; ++k) {
-        const double sum = jobs[k].finite ? sumOfSquares(rec, n, outs[k], offset_std_) : 1e300;
+        const double sum = jobs[k].finite ? sumOfSquares(rec, searched.last, outs[k], offset_std_) : 1e300;
         if (sum < best) {
           best = sum;
           local.angle_rad = from + spacing * k;
