@@ -64,8 +64,9 @@ void scaleAmplitudes(EffectSetting& effect, double share) {
     const ParameterSchema& p = parameters[i];
     if (p.role == ParameterRole::amplitude)
       effect.values[i] = std::clamp(share * effect.values[i], p.lower, p.upper);
-    else if (p.neutral >= p.upper && share > 0.0)
-      effect.values[i] = std::clamp(effect.values[i] / share, p.lower, p.upper);
+    else if (p.neutral >= p.upper && share > 0.0)  // a knee's effect goes by its fourth power
+      effect.values[i] = std::clamp(
+          effect.values[i] / (effect.id == "magnetic_saturation" ? std::pow(share, 0.25) : share), p.lower, p.upper);
   }
 }
 
@@ -136,6 +137,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   FitOptions options;
   options.most_iterations = effort.iterations;
   options.scores = effort.scores;
+  options.frozen = effort.frozen;
   if (effort.first_look) {
     options.attempts = 5;
     options.covariance = false;
@@ -281,9 +283,11 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
                          const References& references, bool contact) const {
   const auto followed = contact ? promisingThroughContact(starts, nuisances, references)
                                 : promisingFree(starts, nuisances, references);
-  const FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
   std::vector<Trial> trials(followed.size());
+  const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
+    FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
+    if (!contact && followed[i].second == &nuisances[0]) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);
   });

@@ -60,6 +60,7 @@ struct FitEffort {
   bool scores = false;      ///< robust covariance
   bool first_look = false;  ///< few attempts, no covariance, only some of the windows through contact
   int stride = 4;           ///< of those in a first look
+  const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
 };
 
 /// A run's unknowns without the windows' starts and the offsets that a model has led to.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
@@ -66,10 +67,12 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
   std::vector<Model> models;
   std::vector<int> columns;
   models.push_back(space_.model(x));
+  const int frozen = options.frozen != nullptr ? options.frozen->size : 0;
   if (options.jacobian)
     for (int k = 0; k < p; ++k) {
       if (!options.held.empty() && options.held[k]) continue;
       columns.push_back(k);
+      if (k < frozen) continue;
       Eigen::VectorXd moved = x;
       // away from a limit, so that the difference is a real one
       const double up = x[k] + steps_[k];
@@ -81,6 +84,7 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
   tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) {
     const Recording& rec = recordings_[which[i]];
     LocalState& state = local[which[i]];
+    AMB_ROTOR_CHECK(frozen == 0 || !rec.holdsContact(), "frozen columns are of recordings without contact");
     parts[i] = rec.holdsContact() ? evaluateWindows(x, models, columns, rec, state, options, own[i])
                                   : evaluateFree(models, columns, rec, state, options, own[i]);
   });
@@ -88,7 +92,7 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
   for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);
   // a coordinate at its upper limit was stepped downwards
   if (options.jacobian)
-    for (int k = 0; k < p; ++k)
+    for (int k = frozen; k < p; ++k)
       if (x[k] + steps_[k] > space_.coordinates()[k].upper) {
         sum.h.row(k) *= -1.0;
         sum.h.col(k) *= -1.0;
@@ -111,6 +115,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   evaluation.window_stride = options.window_stride;
   evaluation.all_or_nothing = true;
   evaluation.held = options.held;
+  evaluation.frozen = options.frozen;
   Eigen::VectorXd prior_weight = Eigen::VectorXd::Zero(p), prior_mean = Eigen::VectorXd::Zero(p);
   for (int k = 0; k < p; ++k) {
     const auto& c = space.coordinates()[k];
@@ -175,10 +180,11 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = true;
         break;
       }
-      // the value alone first: most steps that fail do so here; through windows it is hardly cheaper than all
+      // the value alone first: most steps that fail do so here; through windows, and with few columns to predict, it is
+      // hardly cheaper than all
       std::vector<LocalState> trial_local = local;
       EvaluationOptions trial_options = evaluation;
-      trial_options.jacobian = windows && attempt == 0;
+      trial_options.jacobian = (windows || options.frozen != nullptr) && attempt == 0;
       NormalEquations trial = problem.evaluate(x, which, trial_local, trial_options);
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {

@@ -101,7 +101,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   }
 
   // columns: coordinates 0..p-1 (where asked), angle, offsets, drifts
-  const int g = lanes - 1;
+  const int g = static_cast<int>(moved.size()), frozen = g - (lanes - 1);
+  const Eigen::MatrixXf* near_by = nullptr;
+  if (frozen > 0) near_by = options.frozen->of_recording.at(static_cast<int>(&rec - recordings_.data()));
   const int la = angle ? 1 : 0;
   const bool offsets = offset_std_ > 0.0;
   const int local_size = la + (offsets ? 8 : 0);
@@ -120,7 +122,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     for (long i = 0; i < rows; ++i) {
       const std::size_t at = (from + i) * predicted_channels + c;
       const double y = base[at];
-      for (int k = 0; k < g; ++k) columns(i, k) = (outs[(k + 1) * width + at] - y) * step[k] * weight;
+      for (int k = 0; k < frozen; ++k) columns(i, k) = (*near_by)(at, moved[k]);
+      for (int k = frozen; k < g; ++k) columns(i, k) = (outs[(k - frozen + 1) * width + at] - y) * step[k] * weight;
       if (la) columns(i, g) = (outs[(lanes)*width + at] - y) / angle_step * weight;
       columns(i, dense) = weight;
       columns(i, dense + 1) = weight * (static_cast<double>(from + i) / n - 0.5);

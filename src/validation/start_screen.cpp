@@ -74,6 +74,13 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
   });
 }
 
+FrozenColumns StartScreen::directions() const {
+  FrozenColumns out;
+  out.size = static_cast<int>(prior_weight_.size());
+  for (const Part& part : parts_) out.of_recording[part.recording] = &part.columns;
+  return out;
+}
+
 std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
   const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
   const int size = p + 1 + s;

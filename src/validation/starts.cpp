@@ -68,6 +68,8 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
       upper = std::min(upper, 4.0);
     }
   }
+  if (effect == "magnetic_saturation" && belief.rig.amb.bias_flux_density_T > 0.0)
+    lower = std::max(lower, belief.rig.amb.bias_flux_density_T);  // the iron carries its bias flux
   if (effect != "compliant_mount") return;
   const double mass = belief.rig.rotor.mass_kg, stiffness = belief.rig.auxiliary_bearing.stiffness_N_per_m;
   if (parameter == "stiffness_N_per_m") lower = std::max(lower, 0.01 * stiffness);

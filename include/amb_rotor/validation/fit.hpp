@@ -52,8 +52,16 @@ struct RunResult {
   bool finite = true;
 };
 
+/// Derivatives of the predictions, over the noise, taken once about a point near by: of the first `size` coordinates, for
+/// recordings without contact. A row for each channel at each instant, a column for each coordinate.
+struct FrozenColumns {
+  int size = 0;
+  std::map<int, const Eigen::MatrixXf*> of_recording;
+};
+
 struct EvaluationOptions {
   bool jacobian = true;
+  const FrozenColumns* frozen = nullptr;  ///< instead of predictions of their own; recordings without contact only
   std::vector<bool> held;    ///< coordinates that stay where they are: no columns for them (empty: none)
   bool scores = false;       ///< fill NormalEquations::scores
   bool keep_prediction = false;
@@ -76,7 +84,8 @@ class FitProblem {
                            const EvaluationOptions& options, std::vector<RunResult>* results = nullptr) const;
 
  private:
-  /// @param models  the base, then one with each of the coordinates `moved` (of size models.size() - 1) a step on
+  /// @param models  the base, then one with each of the coordinates `moved` a step on; those that are frozen come first
+  ///                in `moved` and have none
   NormalEquations evaluateFree(const std::vector<Model>& models, const std::vector<int>& moved, const Recording& rec,
                                LocalState& local, const EvaluationOptions& options, RunResult& result) const;
   NormalEquations evaluateWindows(const Eigen::VectorXd& x, const std::vector<Model>& models, const std::vector<int>& moved,
@@ -96,6 +105,7 @@ struct FitOptions {
   int first_window_passes = 9, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1;     ///< see EvaluationOptions
   std::vector<bool> held;    ///< see EvaluationOptions
+  const FrozenColumns* frozen = nullptr;  ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
   bool covariance = true;    ///< linearise once more at the end; false: the covariance is that of the last iteration
   bool scores = false;       ///< fill the robust covariance

@@ -34,6 +34,9 @@ class StartScreen {
   /// @return for each; a gain of -1: its prediction did not stay finite
   std::vector<StartGain> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
 
+  /// The nuisance's directions about the reference, for fits of more effects beside it; valid while this lives.
+  FrozenColumns directions() const;
+
  private:
   struct Part {
     int recording;
