@@ -26,6 +26,9 @@ constexpr int approach_iterations = 5, approach_rounds = 2;
 /// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
 constexpr int round_iterations = 4, most_rounds = 3, most_sparse_rounds = 8;
 constexpr double hopeless_pace = 8.0;
+/// Where the leader's mean square over the noise is below so much, rivals can only come near it: fewer rounds, and other
+/// hills only for those that stand at this share of its evidence.
+constexpr double settled_square = 1.06, settled_pace = 1.5, near = 0.9;
 /// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
 constexpr double out_of_reach = 1.2;
 /// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
@@ -59,6 +62,12 @@ LocalState begunAnew(const LocalState& state) {
 }
 
 void scaleAmplitudes(EffectSetting& effect, double share) {
+  if (effect.id == "shaft_flexibility") {  // a force goes in by the shape and its motion comes out by it
+    const EffectSchema& schema = *effectCatalogue().find(effect.id);
+    for (std::size_t i = 0; i < schema.parameters.size(); ++i)
+      if (schema.parameters[i].name.rfind("shape_", 0) == 0) effect.values[i] *= std::sqrt(std::clamp(share, 0.01, 4.0));
+    return;
+  }
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterSchema& p = parameters[i];
@@ -238,7 +247,7 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
     followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     for (std::size_t i = 0; i < starts.size(); ++i)
-      if (gains[i].gain > 0.0) scaleAmplitudes(starts[i].back(), gains[i].share);
+      if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleAmplitudes(starts[i].back(), gains[i].share);
   }
   std::vector<Start> out;
   for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
@@ -287,7 +296,8 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
-    if (!contact && followed[i].second == &nuisances[0]) effort.frozen = &directions;  // the reference is near
+    if (!contact && isNested(followed[i].first->back().id) && followed[i].second == &nuisances[0])
+      effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);
   });
@@ -356,6 +366,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
   std::stable_sort(trials.begin(), trials.end(), order);
   double leader = -1e300;
+  bool settled = false;  // whether the leader leaves nothing to be had
   const auto goOn = [&](Trial& t, FitEffort effort) {
     const int rounds = effort.first_look ? most_sparse_rounds : most_rounds;
     for (int round = 0; round < rounds; ++round) {
@@ -370,8 +381,9 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       const double gained = t.evidence - was;
       // at this pace it would not come near the leader
       if (gained < std::max(0.5, small_gain * t.evidence) ||
-          (t.evidence < leader && hopeless_pace * gained < leader - t.evidence)) break;
+          (t.evidence < leader && (settled ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
     }
+    if (t.evidence > leader) settled = t.fit.squares < settled_square * t.fit.count;
     leader = std::max(leader, t.evidence);
   };
   int finished = 0;
@@ -384,7 +396,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     goOn(t, {needsContact(t.effect) ? Through::contact : Through::free, round_iterations, false, needsContact(t.effect)});
     // hills of a resonance's frequency are told apart near their tops only
     for (Trial other : others) {
-      if (t.evidence < in_reach * leader) break;
+      if (t.evidence < (settled ? near : in_reach) * leader) break;
       value(other, references);
       goOn(other, {Through::free, climbing_iterations});
       if (other.evidence > t.evidence) t = std::move(other);
