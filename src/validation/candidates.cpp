@@ -17,6 +17,8 @@ namespace {
 constexpr int first_look_iterations = 2, finalists = 6;
 /// Of several starts so many are followed.
 constexpr std::size_t followed_starts = 2;
+/// More starts than these are a scan along one parameter, of whose hills so many are followed.
+constexpr std::size_t scanned = 8, followed_hills = 4;
 /// Through contact they are told by every so many-th window alone.
 constexpr int start_stride = 12;
 /// Without contact one start is enough where its gain is so many times the next one's.
@@ -244,8 +246,17 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       models.push_back(space.model(x));
     }
     const auto gains = references.screen->gains(models, phase, !phase);
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
-    followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
+    if (starts.size() > scanned) {  // a scan: the tops of its hills
+      order.clear();
+      for (std::size_t i = 0; i < gains.size(); ++i)
+        if ((i == 0 || gains[i].gain >= gains[i - 1].gain) && (i + 1 == gains.size() || gains[i].gain > gains[i + 1].gain))
+          order.push_back(i);
+      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
+      followed = std::min(order.size(), followed_hills);
+    } else {
+      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
+      followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
+    }
     for (std::size_t i = 0; i < starts.size(); ++i)
       if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleAmplitudes(starts[i].back(), gains[i].share);
   }
@@ -304,7 +315,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
   Trial winner = std::move(trials[0]);
   if (!contact && !isNested(winner.effect))
-    winner.others.assign(std::make_move_iterator(trials.begin() + 1), std::make_move_iterator(trials.end()));
+    for (std::size_t i = 1; i < trials.size() && i < followed_starts; ++i) winner.others.push_back(std::move(trials[i]));
   return winner;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/event_stepper.hpp"
 #include "amb_rotor/machine/run.hpp"
 #include "make_dataset_parts.hpp"
@@ -11,7 +12,7 @@
 namespace amb_rotor::making {
 namespace {
 
-constexpr double run_in_s = 0.4;
+constexpr double least_run_in_s = 0.4, longest_run_in_s = 4.0;
 constexpr double tolerance = 1e-7;
 /// Beyond this multiple of the clearance a run is not sound.
 constexpr double lost = 5.0;
@@ -95,6 +96,19 @@ class LawStepper {
   std::unique_ptr<EventIntegrator> integrator_;
 };
 
+/// Seven time constants of the weakest damped mode: what has not died out would stand in the recording.
+double runInOf(const Model& model) {
+  double longest = least_run_in_s;
+  for (const auto& effect : model.effects)
+    if (effect.id == "foundation_resonance" || effect.id == "shaft_flexibility") {
+      const EffectSchema* schema = effectCatalogue().find(effect.id);
+      const double decay =
+          radPerSecond(effect.values[schema->indexOf("frequency_hz")]) * effect.values[schema->indexOf("damping_ratio")];
+      longest = std::max(longest, 7.0 / std::max(decay, 1e-9));
+    }
+  return std::min(longest, longest_run_in_s);
+}
+
 bool pushes(Law law) { return law != Law::none && law != Law::sensor_dead_zone; }
 
 /// A machine on its way through a plan.
@@ -128,7 +142,7 @@ class Way {
     drive.schedule = nullptr;
     Simulator<double> sim(machine_, drive, 0.0);
     sim.restIntegrators();
-    const long first = -std::lround(run_in_s * sample_rate_hz);
+    const long first = -std::lround(runInOf(truth_.model) * sample_rate_hz);
     state = sim.atRest(first / sample_rate_hz);
     const bool sound = samples(sim, drive, state, first, 0, nullptr, [](const Record<double>&) {});
     state.next_record = 0;

@@ -40,7 +40,9 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
   stretch.first = 0;
   stretch.last = rec.samples;
   stretch.largest_step_s = freeStep(model);
-  stretch.settle_s = std::max(stretch.settle_s, settlingTime(model));
+  const double settling = settlingTime(model);
+  stretch.settle_s = std::max(stretch.settle_s, settling);
+  if (settling > 0.0) stretch.calm_s = 0.15;
   stretch.contact_step_s = 1e-5;
   stretch.spin = rec.path == nullptr && !rec.standstill && hasSpinDrag(model) ? Spin::drag : Spin::prescribed;
   return stretch;
@@ -94,11 +96,28 @@ double freeStep(const Model& model) {
   return std::max(step, 2e-6);
 }
 
+namespace {
+
+/// Whether an effect is a mode of its own, with frequency_hz and damping_ratio.
+bool isMode(const EffectSetting& effect) {
+  return effect.id == "shaft_flexibility" || effect.id == "foundation_resonance";
+}
+
+}  // namespace
+
+Model calmed(const Model& model) {
+  constexpr double damping_ratio = 0.7;
+  Model out = model;
+  for (auto& effect : out.effects)
+    if (isMode(effect)) effect.values[effectCatalogue().find(effect.id)->indexOf("damping_ratio")] = damping_ratio;
+  return out;
+}
+
 double settlingTime(const Model& model) {
   constexpr double time_constants = 6.0, longest_s = 0.8;
   double longest = 0.0;
   for (const auto& effect : model.effects) {
-    if (effect.id != "shaft_flexibility" && effect.id != "foundation_resonance") continue;
+    if (!isMode(effect)) continue;
     const EffectSchema* schema = effectCatalogue().find(effect.id);
     const double frequency = effect.values[schema->indexOf("frequency_hz")];
     const double damping = effect.values[schema->indexOf("damping_ratio")];

@@ -24,6 +24,7 @@ struct Stretch {
   double largest_step_s = 5e-5;
   double contact_step_s = 2.5e-6;
   double settle_s = 0.15;  ///< run-in where a lane has no starting state
+  double calm_s = 0.0;     ///< before that, with weakly damped modes held back: their static deflection would ring for long
   bool ignore_contact = false;  ///< use the large step throughout: the stretch holds no contact
 };
 
@@ -40,6 +41,9 @@ struct LaneJob {
   MachineState<double>* begin = nullptr;    ///< state at instant `first` before start_change, where asked for
   bool finite = true;                       ///< result: whether the prediction stayed finite
 };
+
+/// A model whose foundation and bending mode come to rest within a few periods.
+Model calmed(const Model& model);
 
 /// Predicts all lanes; serial (callers spread stretches over threads). Uses the widest instruction set there is.
 void predict(const Stretch& stretch, std::vector<LaneJob>& jobs);

@@ -110,7 +110,19 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
                             : stretch.record_rate_hz;
     Simulator<S> before(machine, run_in, 0.0);
     before.restIntegrators();
-    state = before.atRest(start_time - std::ceil(stretch.settle_s * rate) / rate);
+    const double begin = start_time - std::ceil(stretch.settle_s * rate) / rate;
+    state = before.atRest(begin - std::ceil(stretch.calm_s * rate) / rate);
+    if (stretch.calm_s > 0.0) {
+      std::vector<Model> calm;
+      for (const Model* model : models) calm.push_back(calmed(*model));
+      std::vector<const Model*> these;
+      for (const Model& model : calm) these.push_back(&model);
+      const Machine<S> held_back(these, stretch.spin);
+      Simulator<S> first(held_back, run_in, 0.0);
+      first.restIntegrators();
+      LaneStepper<S> steps(held_back, stretch.largest_step_s, stretch.largest_step_s);
+      first.run(state, begin, steps, [](const Record<S>&) {});
+    }
     LaneStepper<S> coarse(machine, stretch.largest_step_s, stretch.largest_step_s);
     before.run(state, start_time, coarse, [](const Record<S>&) {});
     state.next_record = stretch.first;
