@@ -64,7 +64,8 @@ ContactForces ContactPartner::answer(const RotorState& state) const {
     EndContact& out = answer.ends[end];
     const double arm = bearing.rotor_radius_m + bearing.clearance_m;
     out.surface_speed = bearing.rotor_radius_m * in.shaft.speed - arm * seen.ring_speed[end];
-    const Vec2<double> velocity = centreVelocity(now, seen.aux_velocity[end], out.surface_speed);
+    const double surface = out.surface_speed - std::max(now.penetration, 0.0) * seen.ring_speed[end];
+    const Vec2<double> velocity = centreVelocity(now, seen.aux_velocity[end], surface);
     out.centre_x = now.centre.x;
     out.centre_y = now.centre.y;
     out.centre_velocity_x = velocity.x;
