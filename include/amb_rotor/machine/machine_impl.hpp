@@ -293,10 +293,11 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     if (in.contact != nullptr) {
       centre = in.contact[end].centre;
       centre_velocity = in.contact[end].centre_velocity;
-    } else if (mount_ != nullptr) {
-      mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
+    } else {  // a contact from outside is about the edge that carries, already
+      if (mount_ != nullptr)
+        mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
+      for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
     }
-    for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
     if (ring_ != nullptr) angular[end] = ring_->physics->ringSpeed(end, state + ring_->offset);
     const Contact<S> contact =
         contactAt(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
