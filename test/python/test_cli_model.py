@@ -57,6 +57,22 @@ def test_simulate_npz_holds_the_resolved_model_and_overrides_act(tmp_path):
     assert len(hashes) == 2
 
 
+def test_simulate_takes_the_model_beside_a_scenario(tmp_path, capsys):
+    short = scenario(tmp_path)
+    assert cli.main(["simulate", str(short)]) == 2
+    assert "short_model.yaml" in capsys.readouterr().err
+    assert cli.main(["simulate", str(MODEL)]) == 2
+    assert "--scenario" in capsys.readouterr().err
+    beside = tmp_path / "short_model.yaml"
+    beside.write_text(MODEL.read_text())
+    short = short.rename(tmp_path / "short_60_hz.yaml")
+    one, two = tmp_path / "one.csv", tmp_path / "two.csv"
+    assert cli.main(["simulate", str(short), "--out", str(one)]) == 0
+    assert capsys.readouterr().out.startswith(f"model {beside}")
+    assert cli.main(["simulate", str(MODEL), "--scenario", str(short), "--out", str(two)]) == 0
+    assert one.read_text() == two.read_text()
+
+
 def test_modes_of_a_state_space_controller_are_those_of_the_pid_that_it_is():
     """levitation_electric.yaml has the PID of levitation_model.yaml as a b c d, to 10 digits."""
     law = core.read_model(str(ELECTRIC)).with_overrides(["rig.controller.integrator_gain_A_per_m=0"])
