@@ -4,6 +4,7 @@ from __future__ import annotations
 import pathlib
 
 from amb_rotor.cli import common
+from amb_rotor.errors import InputError
 
 
 def add_model(parser, with_set: bool = True) -> None:
@@ -22,6 +23,18 @@ def load(args):
     from amb_rotor import _core
     model = _core.read_model(str(common.input_path(args.model)))
     return model.with_overrides(args.overrides) if getattr(args, "overrides", None) else model
+
+
+def beside(scenario: pathlib.Path) -> pathlib.Path:
+    """The model that belongs to a scenario by its name: of drop_150_hz.yaml it is drop_150_hz_model.yaml,
+    drop_150_model.yaml or drop_model.yaml in the same folder, the first that there is."""
+    words = stem(scenario).split("_")
+    names = [scenario.parent / ("_".join(words[:count]) + "_model.yaml") for count in range(len(words), 0, -1)]
+    for name in names:
+        if name.is_file():
+            return name
+    raise InputError(f"{scenario}: is a scenario; name its model, or put it beside as {names[-1].name} "
+                     "(amb simulate MODEL --scenario SCENARIO)")
 
 
 def stem(path) -> str:

@@ -10,7 +10,7 @@
 namespace amb_rotor {
 namespace {
 
-/// Beyond this multiple of the air gap or clearance a run counts as diverged.
+/// Beyond this multiple of the clearance a run counts as diverged.
 constexpr double divergence_factor = 50.0;
 
 void append(std::array<std::vector<double>, 4>& rows, const Vec2<double> value[2]) {
@@ -62,8 +62,7 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
   }
 }
 
-/// Largest distance of the rotor from the stator's axis at the magnetic bearings, sensors and auxiliary bearings [m]: a
-/// tilt or a bend that grows moves one of these six planes, wherever its nodes are. Not a number where one of them is.
+/// Largest distance of the rotor from the stator's axis at the six planes [m]. Not a number where one of them is.
 double largestRadius(const Machine<double>& machine, const double* mechanics) {
   double largest = 0.0;
   for (int plane = plane_amb; plane < plane_aux + 2; ++plane) {
@@ -76,6 +75,25 @@ double largestRadius(const Machine<double>& machine, const double* mechanics) {
 }
 
 }  // namespace
+
+std::string divergence(const Machine<double>& machine, const double* mechanics) {
+  const double limit = divergence_factor * machine.rig().auxiliary_bearing.clearance_m;
+  if (largestRadius(machine, mechanics) < limit) return "";
+  return "the rotor left the bearing by more than " + std::to_string(int(divergence_factor)) +
+         " clearances at a magnetic bearing, a sensor or an auxiliary bearing";
+}
+
+void startAsGiven(const Machine<double>& machine, const Scenario& scenario, MachineState<double>& state) {
+  const std::size_t n = static_cast<std::size_t>(machine.rotor().modes());
+  // x_G, y_G, then beta and -alpha: the first two coordinates of each plane
+  const auto place = [&](const std::vector<double>& given, std::size_t offset) {
+    for (std::size_t i = 0; i < given.size() && i / 2 < n; ++i) state.mechanics[offset + (i % 2) * n + i / 2] = given[i];
+  };
+  place(scenario.initial_displacement_m, 0);
+  place(scenario.initial_velocity_m_s, 2 * n);
+  for (int end = 0; end < 2; ++end)
+    state.contact_mode[end] = machine.contactGuard(end, state.mechanics.data()) > 0.0 ? 1 : 0;
+}
 
 Spin spinOf(const Model& model, const Scenario& scenario) {
   if (scenario.speed.type == SpeedType::free) return Spin::free;
@@ -133,16 +151,7 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
     state = settledState(machine, drive, options, run.outcome);
     if (run.outcome.status != RunStatus::ok) return run;
   } else {
-    const int n = machine.rotor().modes();
-    const int given = static_cast<int>(scenario.initial_displacement_m.size());
-    // x_G, y_G, then beta and -alpha: the first two coordinates of each plane
-    for (int i = 0; i < given && i / 2 < n; ++i) {
-      state.mechanics[(i % 2) * n + i / 2] = scenario.initial_displacement_m[i];
-      if (i < static_cast<int>(scenario.initial_velocity_m_s.size()))
-        state.mechanics[2 * n + (i % 2) * n + i / 2] = scenario.initial_velocity_m_s[i];
-    }
-    for (int end = 0; end < 2; ++end)
-      state.contact_mode[end] = machine.contactGuard(end, state.mechanics.data()) > 0.0 ? 1 : 0;
+    startAsGiven(machine, scenario, state);
   }
   Trajectory& out = run.trajectory;
   out.clearance_m = model.rig.auxiliary_bearing.clearance_m;
@@ -154,17 +163,19 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
     else
       out.contacts.push_back({end, since[end], time});
   });
-  const double limit = divergence_factor * model.rig.auxiliary_bearing.clearance_m;
-  bool diverged = false;
+  std::string diverged;
+  const auto sink = [&](const Record<double>& seen) {
+    record(sim, seen, out);
+    if (diverged.empty()) diverged = divergence(machine, seen.state->mechanics.data());
+  };
   const bool finished = [&] {
     // in slices, so that a diverging run ends early
     const double slice = std::max(scenario.duration_s / 200.0, 1e-3);
     for (double end = std::min(slice, scenario.duration_s);; end = std::min(end + slice, scenario.duration_s)) {
       const bool last = end >= scenario.duration_s;
-      if (!sim.run(state, end, stepper, [&](const Record<double>& seen) { record(sim, seen, out); }, last))
-        return false;
-      if (!(largestRadius(machine, state.mechanics.data()) < limit)) diverged = true;
-      if (diverged || last) return true;
+      if (!sim.run(state, end, stepper, sink, last)) return false;
+      if (diverged.empty()) diverged = divergence(machine, state.mechanics.data());
+      if (!diverged.empty() || last) return true;
     }
   }();
   for (int end = 0; end < 2; ++end)
@@ -176,10 +187,9 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   if (!finished) {
     run.outcome.status = RunStatus::integration_failed;
     run.outcome.reason = stepper.result().reason();
-  } else if (diverged) {
+  } else if (!diverged.empty()) {
     run.outcome.status = RunStatus::diverged;
-    run.outcome.reason = "the rotor left the bearing by more than " + std::to_string(int(divergence_factor)) +
-                         " clearances at a magnetic bearing, a sensor or an auxiliary bearing";
+    run.outcome.reason = diverged;
   }
   run.final_state = std::move(state);
   return run;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "amb_rotor/model/effect_file.hpp"
+#include "amb_rotor/model/magnet_dimensions.hpp"
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/mount_dimensions.hpp"
 #include "control_text.hpp"
@@ -27,6 +28,26 @@ void readPlanes(YamlMap planes, Model& model) {
   planes.finish();
 }
 
+/// Ki, Ks and the flux density: as numbers, or from the magnets' dimensions, bias and gap.
+void readStiffnesses(YamlMap& amb, Model& model) {
+  auto& values = model.rig.amb;
+  if (!amb.has("magnet")) {
+    values.current_stiffness_N_per_A = amb.number("current_stiffness_N_per_A");
+    values.displacement_stiffness_N_per_m = amb.number("displacement_stiffness_N_per_m");
+    values.bias_flux_density_T = amb.optionalNumber("bias_flux_density_T").value_or(0.0);
+    return;
+  }
+  for (const char* key : {"current_stiffness_N_per_A", "displacement_stiffness_N_per_m", "bias_flux_density_T"})
+    if (amb.has(key)) amb.fault(key, "must be absent: it follows from magnet");
+  const std::size_t before = amb.faults().faults().size();
+  const MagnetDimensions magnet = readMagnetDimensions(amb);
+  const bool sound = amb.faults().faults().size() == before;
+  if (!sound || !(values.bias_current_A > 0.0 && values.air_gap_m > 0.0)) return;  // told, here or by the rules
+  values.current_stiffness_N_per_A = magnet.currentStiffness(values.bias_current_A, values.air_gap_m);
+  values.displacement_stiffness_N_per_m = magnet.displacementStiffness(values.bias_current_A, values.air_gap_m);
+  values.bias_flux_density_T = magnet.fluxDensity(values.bias_current_A, values.air_gap_m);
+}
+
 /// False where the bearing's model is not known: then its other keys cannot be judged.
 bool readAmb(YamlMap amb, Model& model) {
   auto& values = model.rig.amb;
@@ -34,11 +55,9 @@ bool readAmb(YamlMap amb, Model& model) {
   if (kind < 0) return false;
   model.amb_model = kind == 0 ? AmbModel::linear : AmbModel::equivalent;
   if (model.amb_model == AmbModel::linear) {
-    values.current_stiffness_N_per_A = amb.number("current_stiffness_N_per_A");
-    values.displacement_stiffness_N_per_m = amb.number("displacement_stiffness_N_per_m");
     values.bias_current_A = amb.number("bias_current_A");
     values.air_gap_m = amb.number("air_gap_m");
-    values.bias_flux_density_T = amb.optionalNumber("bias_flux_density_T").value_or(0.0);
+    readStiffnesses(amb, model);
     values.amplifier_bandwidth_hz = amb.number("amplifier_bandwidth_hz");
     values.max_current_A = amb.number("max_current_A");
     readCoil(amb, model);

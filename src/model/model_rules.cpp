@@ -232,8 +232,10 @@ bool rigFieldApplies(const std::string& path, const Model& model) {
 
 std::vector<Fault> checkRig(const Model& model, bool skip_unreadable) {
   std::vector<Fault> faults;
+  bool readable = true;
   visitRig(model.rig, [&](const std::string& path, const char* name, const double& value) {
     if (!rigFieldApplies(name, model)) return;
+    if (!std::isfinite(value)) readable = false;
     if (!std::isfinite(value) && skip_unreadable) return;
     const FieldLimit& limit = rigLimit(name);
     if (!std::isfinite(value) || !limit.holds(value))
@@ -242,6 +244,7 @@ std::vector<Fault> checkRig(const Model& model, bool skip_unreadable) {
   checkRelations(model, faults);
   checkOptions(model, skip_unreadable, faults);
   checkUncertainty(model, skip_unreadable, faults);
+  if (faults.empty() && readable) checkSampleTime(model, faults);
   return faults;
 }
 

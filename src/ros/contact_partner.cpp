@@ -33,7 +33,7 @@ ContactPartner::ContactPartner(const Model& model, double contact_step)
       model_hash_(hashNumber(model)),
       contact_step_(contact_step),
       bent_law_(has(model, "hertzian_contact")),
-      varying_friction_(has(model, "velocity_dependent_friction")) {
+      varying_(has(model, "velocity_dependent_friction") || has(model, "auxiliary_bearing_tilt")) {
   AMB_ROTOR_CHECK(contact_step > 0.0, "the contact step is above 0");
 }
 
@@ -64,7 +64,8 @@ ContactForces ContactPartner::answer(const RotorState& state) const {
     EndContact& out = answer.ends[end];
     const double arm = bearing.rotor_radius_m + bearing.clearance_m;
     out.surface_speed = bearing.rotor_radius_m * in.shaft.speed - arm * seen.ring_speed[end];
-    const Vec2<double> velocity = centreVelocity(now, seen.aux_velocity[end], out.surface_speed);
+    const double surface = out.surface_speed - std::max(now.penetration, 0.0) * seen.ring_speed[end];
+    const Vec2<double> velocity = centreVelocity(now, seen.aux_velocity[end], surface);
     out.centre_x = now.centre.x;
     out.centre_y = now.centre.y;
     out.centre_velocity_x = velocity.x;
@@ -82,7 +83,7 @@ ContactForces ContactPartner::answer(const RotorState& state) const {
     out.slip = now.slip;
     out.force_x = now.force.x;
     out.force_y = now.force.y;
-    if (bent_law_ || varying_friction_) predict(state, end, out, answer.valid_until);
+    if (bent_law_ || varying_) predict(state, end, out, answer.valid_until);
   }
   return answer;
 }

@@ -17,8 +17,6 @@
 namespace amb_rotor {
 namespace {
 
-/// Beyond this multiple of the clearance a run counts as diverged (as in process).
-constexpr double divergence_factor = 50.0;
 /// No step is shorter, whatever a partner says [s].
 constexpr double shortest_step_s = 1e-9;
 
@@ -68,14 +66,7 @@ void PlantCore::start(const RunOptions& options) {
   } else {
     const Simulator<double> sim(*machine_, drive, scenario_.record_rate_hz);
     state_ = sim.atRest(0.0);
-    const int n = machine_->rotor().modes();
-    const int given = static_cast<int>(scenario_.initial_displacement_m.size());
-    for (int i = 0; i < given && i / 2 < n; ++i) {
-      state_.mechanics[(i % 2) * n + i / 2] = scenario_.initial_displacement_m[i];
-      state_.mechanics[2 * n + (i % 2) * n + i / 2] = scenario_.initial_velocity_m_s[i];
-    }
-    for (int end = 0; end < 2; ++end)
-      state_.contact_mode[end] = machine_->contactGuard(end, state_.mechanics.data()) > 0.0 ? 1 : 0;
+    startAsGiven(*machine_, scenario_, state_);
   }
   double offset[4];
   bool on[4];
@@ -171,12 +162,8 @@ bool PlantCore::advance(const ControlCommand& control, const ContactForces& cont
     reason_ = stepper_->result().reason();
     return false;
   }
-  const double limit = divergence_factor * model_.rig.auxiliary_bearing.clearance_m;
-  for (int i = 0; i < 2; ++i)
-    diverged_ = diverged_ || !(std::fabs(state_.mechanics[i * machine_->rotor().modes()]) < limit);
-  if (diverged_)
-    reason_ =
-        "the rotor left the bearing by more than " + std::to_string(int(divergence_factor)) + " clearances";
+  reason_ = divergence(*machine_, state_.mechanics.data());
+  diverged_ = !reason_.empty();
 
   const Shaft<double> after = machine_->spin() == Spin::prescribed
                                   ? shaftFrom(injection.shaft, step.to - step.from)

@@ -111,8 +111,8 @@ class PlantStepper::System final : public HybridSystem {
       const Contact<double>& c = seen.contact[end];
       out.centre[end] = c.centre;
       out.ring_speed[end] = seen.ring_speed[end];
-      const double tangential = c.slip - bearing.rotor_radius_m * in.shaft.speed +
-                                (bearing.rotor_radius_m + bearing.clearance_m) * out.ring_speed[end];
+      const double arm = bearing.rotor_radius_m + bearing.clearance_m + std::max(c.penetration, 0.0);
+      const double tangential = c.slip - bearing.rotor_radius_m * in.shaft.speed + arm * out.ring_speed[end];
       out.velocity[end] = {seen.aux_velocity[end].x - (c.rate * c.normal.x - tangential * c.normal.y),
                            seen.aux_velocity[end].y - (c.rate * c.normal.y + tangential * c.normal.x)};
     }

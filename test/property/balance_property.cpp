@@ -80,10 +80,6 @@ struct Balanced final : HybridSystem {
       power -= c.friction_force * c.slip;
       power += n.mount_damping * (b[2] * b[2] + b[3] * b[3]) + n.drag * std::tanh(ring) * ring;
       torque -= n.mount_damping * (b[0] * b[3] - b[1] * b[2]) + n.drag * std::tanh(ring);
-      // the arms of the friction on rotor and ring, radius and radius plus clearance, differ from the
-      // distance of the centres by the penetration: a torque that the model makes from nothing (section 5 of
-      // doc/physics.md)
-      torque += c.friction_force * c.penetration;
     }
     rate[states] = power;
     rate[states + 1] = torque;
@@ -101,8 +97,16 @@ struct Balanced final : HybridSystem {
     }
     return sum + 0.5 * n.polar * y[states - 1] * y[states - 1];
   }
-  double angularMomentum(const double* y) const {  // of a rigid mass
-    double sum = n.mass * (y[0] * y[3] - y[1] * y[2]) + n.polar * y[states - 1];
+  /// About the stator's axis. Of a rotor that tilts by the slopes (b, r): It (b r' - r b') of the tilting, and of the
+  /// spin Ip W what points along the axis, 1 - (b^2 + r^2)/2 of it.
+  double angularMomentum(const double* y) const {
+    const double* v = y + 2 * modes;
+    const double speed = y[states - 1];
+    double sum = n.mass * (y[0] * v[modes] - y[modes] * v[0]) + n.polar * speed;
+    if (modes == 2) {
+      sum += n.inertia * (y[1] * v[3] - y[3] * v[1]);
+      sum -= 0.5 * n.polar * speed * (y[1] * y[1] + y[3] * y[3]);
+    }
     for (int end = 0; end < 2; ++end) {
       const double* b = y + mountAt() + 4 * end;
       sum += n.mount_mass * (b[0] * b[3] - b[1] * b[2]) + n.ring * y[ringAt() + end];
@@ -156,17 +160,31 @@ TEST(BalanceProperty, EnergyOfADropWithRingAndFreeSpin) {
 
 TEST(BalanceProperty, AngularMomentumOfADropWithRingAndFreeSpin) {
   const Numbers n;
-  const Model model = dropped(n, RotorModel::rigid_mass);
-  const Machine<double> machine({&model}, Spin::free);
-  Balanced system(machine, n);
-  std::vector<double> y(system.size(), 0.0);
-  const double speed = 60.0;
-  y[2] = 0.02;
-  const double before = n.polar * speed;
-  run(system, y, speed, 0.8);
-  EXPECT_GE(system.touches, 100);
-  EXPECT_GT(y[system.ringAt()], 1.0);
-  EXPECT_NEAR((system.angularMomentum(y.data()) - y[system.states + 1]) / before, 1.0, 1e-6);
+  for (const RotorModel rotor : {RotorModel::rigid_mass, RotorModel::rigid_beam}) {
+    const Model model = dropped(n, rotor);
+    const Machine<double> machine({&model}, Spin::free);
+    Balanced system(machine, n);
+    std::vector<double> y(system.size(), 0.0);
+    const double speed = 60.0;
+    y[2 * system.modes] = 0.02;
+    if (rotor == RotorModel::rigid_beam) y[1] = 1e-3;  // tilted and tilting, so that the ends touch apart
+    if (rotor == RotorModel::rigid_beam) y[3 * system.modes + 1] = 0.2;
+    const double before = system.angularMomentum([&] {
+      std::vector<double> begin = y;
+      machine.initialise(begin.data());
+      begin[system.states - 1] = speed;
+      return begin;
+    }().data());
+    run(system, y, speed, 0.8);
+    EXPECT_GE(system.touches, 100);
+    EXPECT_GT(y[system.ringAt()], 1.0);
+    EXPECT_GT(std::fabs(y[system.states + 1]), 0.01 * before) << "weight, mounts and drag have turned it";
+    // Asked for: 1e-6. In the linear theory of the tilt (b, r) a change of the speed does not act on the tilting:
+    // Ip W' (b^2 + r^2)/2 is left out, at most (clearance/0.14 m)^2/2 = 1e-6 of Ip W as long as the speed lasts,
+    // and the tilt is far below that most of the time.
+    EXPECT_NEAR((system.angularMomentum(y.data()) - y[system.states + 1]) / before, 1.0, 1e-6)
+        << (rotor == RotorModel::rigid_beam ? "beam" : "mass");
+  }
 }
 
 TEST(BalanceProperty, NoDampingAndNoFrictionKeepTheEnergy) {

@@ -102,7 +102,9 @@ TEST_P(Contacts, FrictionIsAtRightAnglesAndNeverDrives) {
     ASSERT_NEAR(c.force.dot(tangent), c.friction_force, 1e-12 * scale);
     // sliding speed of the surfaces, written out again
     const Vec2<double> relative = {y[2] - y[6], y[3] - y[7]};
-    const double slip = 0.012 * in.shaft.speed + tangent.dot(relative) - (0.012 + 0.2e-3) * y[12];
+    // the rotor's surface is its radius and the distance of the centres from the ring's centre
+    const double arm = 0.012 + 0.2e-3 + c.penetration;
+    const double slip = 0.012 * in.shaft.speed + tangent.dot(relative) - arm * y[12];
     ASSERT_NEAR(c.slip, slip, 1e-12 * (1.0 + std::fabs(slip)));
     const double mu = 0.1 + 0.2 * std::exp(-std::fabs(slip) / 0.5);
     ASSERT_NEAR(c.friction_force, -mu * c.normal_force * std::tanh(slip / 0.01), 1e-10 * scale);
@@ -137,12 +139,17 @@ INSTANTIATE_TEST_SUITE_P(ContactProperty, Contacts, ::testing::Values(false, tru
                          [](const auto& info) { return info.param ? "Hertz" : "Linear"; });
 
 TEST(ContactProperty, ActionIsReactionAcrossMountAndFoundation) {
-  // rotor, two mounts, foundation: momentum changes only by gravity on the rotor and the foundation's own
-  // spring
+  // rotor, two mounts, foundation: momentum changes only by gravity and load on the rotor and the foundation's own
+  // spring, not by what stands between rotor and stator
   Model model = everything(false);
   model.rig.gravity_m_s2 = 9.81;
   const double mass = 30.0, hz = 50.0, ratio = 0.03, w = radPerSecond(hz);
   model = with(model, "foundation_resonance", {mass, hz, ratio});
+  model = with(model, "motor_magnetic_pull", {3e5, 0.0});
+  model = with(model, "cross_coupled_stiffness", {2e5, 100.0, 1.0, 0.0});
+  model = with(model, "internal_damping", {300.0, 0.0});
+  const double load[2] = {30.0, -20.0};
+  model = with(model, "static_load", {load[0], load[1]});
   const Machine<double> machine({&model});
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -166,7 +173,7 @@ TEST(ContactProperty, ActionIsReactionAcrossMountAndFoundation) {
     for (int axis = 0; axis < 2; ++axis) {
       const double gained = 3.36 * rate[2 + axis] + 0.07 * (rate[mount + 2 + axis] + rate[mount + 6 + axis]) +
                             mass * rate[stator + 2 + axis];
-      const double outside = (axis == 1 ? -3.36 * 9.81 : 0.0) - mass * w * w * y[stator + axis] -
+      const double outside = load[axis] + (axis == 1 ? -3.36 * 9.81 : 0.0) - mass * w * w * y[stator + axis] -
                              2.0 * ratio * w * mass * y[stator + 2 + axis];
       const double scale = 2.47e6 * 3e-4 + 3.38e7 * 1e-4;
       ASSERT_NEAR(gained, outside, 1e-11 * scale);

@@ -57,6 +57,22 @@ def test_simulate_npz_holds_the_resolved_model_and_overrides_act(tmp_path):
     assert len(hashes) == 2
 
 
+def test_simulate_takes_the_model_beside_a_scenario(tmp_path, capsys):
+    short = scenario(tmp_path)
+    assert cli.main(["simulate", str(short)]) == 2
+    assert "short_model.yaml" in capsys.readouterr().err
+    assert cli.main(["simulate", str(MODEL)]) == 2
+    assert "--scenario" in capsys.readouterr().err
+    beside = tmp_path / "short_model.yaml"
+    beside.write_text(MODEL.read_text())
+    short = short.rename(tmp_path / "short_60_hz.yaml")
+    one, two = tmp_path / "one.csv", tmp_path / "two.csv"
+    assert cli.main(["simulate", str(short), "--out", str(one)]) == 0
+    assert capsys.readouterr().out.startswith(f"model {beside}")
+    assert cli.main(["simulate", str(MODEL), "--scenario", str(short), "--out", str(two)]) == 0
+    assert one.read_text() == two.read_text()
+
+
 def test_modes_of_a_state_space_controller_are_those_of_the_pid_that_it_is():
     """levitation_electric.yaml has the PID of levitation_model.yaml as a b c d, to 10 digits."""
     law = core.read_model(str(ELECTRIC)).with_overrides(["rig.controller.integrator_gain_A_per_m=0"])
@@ -68,6 +84,28 @@ def test_modes_of_a_state_space_controller_are_those_of_the_pid_that_it_is():
     wanted = modal.modes(core.read_model(str(MODEL)), 60.0)
     assert [mode.frequency_hz for mode in found] == pytest.approx([mode.frequency_hz for mode in wanted], rel=1e-8)
     assert [mode.damping_ratio for mode in found] == pytest.approx([mode.damping_ratio for mode in wanted], rel=1e-7)
+
+
+@pytest.mark.parametrize("phase", [0.0, math.pi])
+def test_modes_show_that_a_notch_below_the_rigid_modes_is_unstable_unless_it_is_turned(phase):
+    """s = j W - pi b S exp(j phase) of the translation, first order in the bandwidth b (unbalance_rejection.hpp)."""
+    hz, bandwidth = 40.0, 0.2
+    block = f"unbalance_force_rejection: {{bandwidth_hz: {bandwidth}, phase_rad: {phase}, minimum_speed_hz: 10.0, " \
+        "displacement_compensation_A_per_m: 0.0, lead_s: 0.0}"
+    place = "    derivative_filter_hz: 2000.0      # assumed\n"
+    text = MODEL.read_text()
+    assert place in text
+    found = modal.modes(core.parse_model(text.replace(place, f"{place}    {block}\n"), "notch"), hz)
+    s, period, m, ki, ks, kp, kd = 2j * math.pi * hz, 1.0 / 5000.0, 3.36, 19.0, 39700.0, 33458.0, 34.0
+    back, pole = numpy.exp(-s * period), math.exp(-2.0 * math.pi * 2000.0 * period)
+    law = kp + kd * (1.0 - pole) * (1.0 - back) / period / (1.0 - pole * back)
+    chain = numpy.exp(-s * 1e-4) * (1.0 - back) / (s * period) / (1.0 + s / (2.0 * math.pi * 2000.0))
+    open_loop = m * s ** 2 - 2.0 * ks
+    growth = -math.pi * bandwidth * (open_loop / (open_loop + 2.0 * ki * law * chain) * numpy.exp(1j * phase)).real
+    notch = [mode for mode in found if abs(mode.frequency_hz - hz) < 0.2 and mode.whirl == "planar"]
+    assert len(notch) == 2 and (growth > 0.1) == (phase == 0.0)
+    for mode in notch:  # second order in the bandwidth: b/W = 0.5 %, times a loop that changes over 60 Hz
+        assert -mode.damping_ratio * 2.0 * math.pi * mode.frequency_hz == pytest.approx(growth, rel=0.02)
 
 
 @pytest.mark.parametrize("arguments, complaint", [

@@ -9,9 +9,10 @@ import time
 import numpy
 import pytest
 
+from amb_rotor import _core, cli
 from amb_rotor.cli import sweep as command
 from amb_rotor.errors import InputError
-from amb_rotor.sweeps import basin, figures, probability, search
+from amb_rotor.sweeps import basin, figures, magnet, probability, search
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "config" / "thesis").glob("search_*.yaml"))
@@ -102,6 +103,41 @@ def test_the_impact_of_figure_3_16_keeps_energy_and_gives_hunt_and_crossleys_res
     assert found["lost_J"] == pytest.approx(lost, rel=5e-3)
     # Small speeds: 1 - a v (Hunt and Crossley 1975); the next term of the series is (a v)^2, 5e-3.
     assert found["restitution"] == pytest.approx(1.0 - 5.0 * before, abs=7e-3)
+
+
+def test_the_magnet_of_figure_3_9_pulls_by_the_square_of_current_over_gap(tmp_path, capsys):
+    path = ROOT / "config/thesis/fig_3_9.yaml"
+    figure = magnet.read(path)
+    one = magnet.pull(figure["magnet"], 1.0, 0.5e-3)
+    # 350^2 4e-7 pi 0.0016/(4 0.0005^2), and "proportional to i^2 and g^-2"
+    assert one == pytest.approx(246.3, abs=0.05)
+    assert magnet.pull(figure["magnet"], 2.0, 0.2e-3) == pytest.approx(one * 4.0 * 2.5 ** 2, rel=1e-12)
+    assert cli.main(["sweep", str(path), "--out", str(tmp_path / "f")]) == 0
+    # what the iron carries pulls B^2 A/mu0 at most, and the grid meets that to one of its steps, 2.5 %
+    carried = 1.5 ** 2 * 0.0016 / magnet.PERMEABILITY
+    table = numpy.loadtxt(tmp_path / "f" / "data.csv", delimiter=",", skiprows=1)
+    assert 0.95 * carried < table[table[:, 3] <= 1.5, 2].max() <= carried
+    assert "flux density up to 2.199 T" in capsys.readouterr().out
+
+
+def test_the_slopes_of_two_magnets_are_the_stiffnesses_that_a_model_file_gets(tmp_path):
+    text = (ROOT / "config/thesis/levitation_model.yaml").read_text().splitlines()
+    drop = ("displacement_stiffness", "bias_flux_density")
+    text = [line for line in text if not line.strip().startswith(drop)]
+    text = ["    magnet: {windings: 170.0, pole_area_m2: 2.25e-4, force_angle_rad: 0.3927}"
+            if line.strip().startswith("current_stiffness") else line for line in text]
+    (tmp_path / "m.yaml").write_text("\n".join(text))
+    fields = _core.read_model(str(tmp_path / "m.yaml")).fields
+    one, bias, gap = {"windings": 170.0, "pole_area_m2": 2.25e-4, "force_angle_rad": 0.3927}, 2.5, 0.75e-3
+
+    def force(current, position):
+        return magnet.pull(one, bias + current, gap - position) - magnet.pull(one, bias - current, gap + position)
+
+    # central differences of 1e-4 of the scales: 1e-8
+    ki, ks = force(1e-4, 0.0) / 1e-4, force(0.0, 1e-7) / 1e-7
+    assert fields["rig.amb.current_stiffness_N_per_A"] == pytest.approx(ki, rel=1e-6)
+    assert fields["rig.amb.displacement_stiffness_N_per_m"] == pytest.approx(ks, rel=1e-6)
+    assert fields["rig.amb.bias_flux_density_T"] == pytest.approx(magnet.flux_density(170.0, bias, gap), rel=1e-12)
 
 
 def test_run_up_of_the_centred_rotor_is_the_closed_form():

@@ -2,6 +2,7 @@
 // protocol alone does to the motion.
 #include <gtest/gtest.h>
 
+#include "../support/models.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/overrides.hpp"
@@ -90,6 +91,56 @@ TEST(GraphCore, MountAndRingEqualMachine) {
   const std::vector<double> mount = {5e6, 300.0, 0.07}, ring = {1e-5, 0.005};
   compare(thesisModel({{"compliant_mount", mount}, {"inner_ring_spin", ring}}),
           readScenario(thesis + "overload.yaml"), contact_step, 0.15, true);
+}
+
+TEST(GraphCore, EveryEffectOfTheCatalogueEqualsMachine) {
+  // through an impact with sliding
+  Scenario scenario = testing_support::eventful();
+  scenario.duration_s = 0.016;
+  const Model bare = testing_support::eventfulModel();
+  const Recording without = recordingOf(simulate(bare, scenario));
+  ASSERT_LT(firstContact(without), without.time.size());
+  int tried = 0;
+  for (const auto& schema : effectCatalogue().all()) {
+    const Model model = testing_support::with(bare, schema.id, testing_support::typicalValues(schema.id));
+    const Recording graph = runGraph(model, scenario, contact_step).recording;
+    const Recording machine = recordingOf(simulate(model, scenario));
+    ASSERT_EQ(graph.time.size(), machine.time.size()) << schema.id;
+    const double difference = largestDifference(graph, machine, machine.time.size(), bare.rig.auxiliary_bearing.clearance_m);
+    const double done = largestDifference(machine, without, machine.time.size(), bare.rig.auxiliary_bearing.clearance_m);
+    // what it does is there to a thousandth (Stribeck: the coefficient of the contact step's begin); 1e-6: the
+    // integrators' own, multiplied by the impact
+    EXPECT_LT(difference, 1e-3 * done + 1e-6) << schema.id;
+    ++tried;
+  }
+  EXPECT_GE(tried, 28);
+}
+
+TEST(GraphCore, ARunThatLeavesByTiltingEndsAsInProcess) {
+  // sensors near the middle hold the translation, not the tilt; the centre of gravity stays where it is
+  Model model = testing_support::levitated();
+  model.rig.planes.sensor[0] = -0.02, model.rig.planes.sensor[1] = 0.02;
+  model.rig.auxiliary_bearing.stiffness_N_per_m = 1.0;  // nothing in the way
+  model.rig.auxiliary_bearing.damping_N_s_per_m = 0.0;
+  Scenario scenario = testing_support::from(testing_support::constantSpeed(0.0, 2.0, 1000.0), {0.0, 0.0, 1e-6, 0.0}, {});
+  const Simulation machine = simulate(model, scenario);
+  ASSERT_EQ(machine.outcome.status, RunStatus::diverged);
+  PlantCore plant(model, scenario, 1);
+  const ControllerPartner control(model);
+  const ContactPartner contact(model, contact_step);
+  InjectorPartner injector(model, scenario);
+  std::vector<std::string> refused;
+  bool goes_on = true;
+  while (goes_on && !plant.finished()) {
+    const RotorState state = plant.state();
+    goes_on = plant.advance(control.answer(state), contact.answer(state), injector.answer(state, {}, refused));
+  }
+  EXPECT_TRUE(plant.diverged());
+  EXPECT_EQ(plant.reason(), machine.outcome.reason);
+  // the graph looks at every step, a run in process at every record and ends with a slice of its length
+  EXPECT_LE(plant.state().time, machine.outcome.time_s + 1e-9);
+  EXPECT_GT(plant.state().time, machine.outcome.time_s - 0.011);
+  EXPECT_LT(std::fabs(plant.state().centre_x), 1e-3 * std::fabs(plant.state().amb_position.ax));
 }
 
 TEST(GraphCore, FaultsAndExcitationsEqualMachine) {

@@ -170,5 +170,38 @@ TEST(UnbalanceRejection, CompensationLetsTheRotorTurnAboutItsInertiaAxis) {
   }
 }
 
+TEST(UnbalanceRejection, BelowTheRigidModesItDrivesTheRotorOutUnlessItsPhaseIsTurned) {
+  // The notch is a resonator at the speed, closed through the loop: s = j W - pi b S exp(j phase) to first order in its
+  // bandwidth b, with the sensitivity S = (m s^2 - 2 Ks)/(m s^2 - 2 Ks + 2 Ki G) of the translation at s = j W. S is
+  // near -1 at 30 Hz, below the rigid modes of 55 and 74 Hz, so that phase 0 makes a motion grow that pi lets die.
+  const double hz = 30.0, w = two_pi * hz, m = 3.36, ki = 19.0, ks = 63333.0, period = 1e-4, bandwidth = 0.5;
+  Model model = levitated();
+  for (int e = 0; e < 2; ++e) model.rig.planes.sensor[e] = model.rig.planes.amb[e];
+  const auto& c = model.rig.controller;
+  const Complex i(0.0, 1.0), back = std::exp(-i * w * period);
+  const double pole = std::exp(-two_pi * c.derivative_filter_hz * period), amplifier = two_pi * 2000.0;
+  const Complex law = c.kp_A_per_m + c.kd_A_s_per_m * (1.0 - pole) * (1.0 - back) / (period * (1.0 - pole * back));
+  const Complex chain = std::exp(-i * w * c.delay_s) * (1.0 - back) / (i * w * period) / (1.0 + i * w / amplifier);
+  const Complex open = -m * w * w - 2.0 * ks, sensitivity = open / (open + 2.0 * ki * law * chain);
+  ASSERT_LT(sensitivity.real(), -0.5);
+  for (const double phase : {0.0, pi}) {
+    model.control.unbalance_rejection = UnbalanceRejection{bandwidth, phase, 20.0, 0.0, 0.0};
+    const auto run = simulate(model, from(constantSpeed(hz, 2.0, 3000.0), {2e-6, 0.0, 0.0, 0.0}, {}));
+    ASSERT_TRUE(run.trajectory.contacts.empty());
+    const auto& t = run.trajectory;
+    // what is at the speed, over three turns near 1 s and near 2 s: the levitated motion itself is long gone
+    const auto turning = [&](std::size_t from) {
+      const std::vector<double> angle(t.angle_rad.begin() + from, t.angle_rad.begin() + from + 300),
+          x(t.position_m[0].begin() + from, t.position_m[0].begin() + from + 300);
+      return std::abs(order(angle, x, 1.0, 0));
+    };
+    const double rate = std::log(turning(5600) / turning(2600));
+    const double expected = -pi * bandwidth * (sensitivity * std::exp(i * phase)).real();
+    EXPECT_NEAR(rate, expected, 0.03 * std::fabs(expected)) << "second order in the bandwidth, phase " << phase;
+    EXPECT_EQ(rate > 0.0, phase == 0.0);
+    EXPECT_GT(std::fabs(rate), 1.0);
+  }
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -100,34 +100,6 @@ TEST(EffectCatalogueTest, LimitsHoldTheTypicalAndTheNeutralValue) {
   }
 }
 
-/// A run in which every effect has something to act on: rotation with unbalance and gravity, tilting, a
-/// current that reaches its limit, and an impact with sliding.
-Scenario eventful() {
-  Scenario scenario = from(constantSpeed(20.0, 0.03), {1e-5, 0.0, 1e-4, -2e-4}, {0.01, 0.0, 0.5, 0.0});
-  Excitation current;
-  current.kind = Excitation::Kind::current;
-  current.amplitude = 1.5;
-  current.start_s = 0.002;
-  current.duration_s = 0.003;
-  scenario.excitations.push_back(current);
-  Excitation impact;
-  impact.waveform = Waveform::impulse;
-  impact.amplitude = 600.0;
-  impact.plane_z_m = 0.05;
-  impact.direction_rad = 0.8;
-  impact.start_s = 0.012;
-  impact.duration_s = 0.003;
-  scenario.excitations.push_back(impact);
-  return scenario;
-}
-
-Model eventfulModel() {
-  Model model = withUnbalance(levitated(), 4e-5, 0.3, 0.02);
-  model.rig.gravity_m_s2 = 9.81;
-  model.rig.auxiliary_bearing.friction_coefficient = 0.3;  // enough to bring a ring up to the rotor's speed
-  return model;
-}
-
 double difference(const Trajectory& a, const Trajectory& b) {
   double most = 0.0;
   for (std::size_t i = 0; i < std::min(a.time_s.size(), b.time_s.size()); ++i) {

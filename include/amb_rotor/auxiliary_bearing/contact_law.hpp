@@ -6,7 +6,8 @@
 //   linear:  N = k d + c d'                      (thesis 3.34, 3.36)
 //   Hertz:   N = K d^(3/2) (1 + l d')            (thesis 3.37, l = 3/2 alpha_d, Hunt and Crossley)
 //   friction against the true sliding velocity of the surfaces
-//     v = R Omega + t.(r') - R_ring Omega_ring,  t = (-n_y, n_x):  F_t = -mu N tanh(v / v_0) t
+//     v = R Omega + t.(r') - (R + |r|) Omega_ring,  t = (-n_y, n_x):  F_t = -mu N tanh(v / v_0) t
+//     The force acts at the rotor's surface, R from its centre and R + |r| from the ring's.
 //
 // The laws never pull: N is cut off at 0. The margin tells a solver where that happens: contact is
 // carried while d > 0 and margin > 0. Valid for penetration much below the clearance.

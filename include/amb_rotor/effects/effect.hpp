@@ -53,7 +53,8 @@ class RotorPort {
                        const S shape_sensor[2], const S shape_aux[2], const S& shape_unbalance) = 0;
 };
 
-/// Lets an effect read the rotor at planes and push it there. Displacements are relative to the stator.
+/// Lets an effect read the rotor at planes and push it there. Displacements are relative to the stator. What pushes
+/// stands on the stator (a seal's housing, a motor's winding) and pushes that back; a load comes from elsewhere.
 template <class S>
 class RotorForces {
  public:
@@ -61,6 +62,7 @@ class RotorForces {
   virtual Vec2<S> position(int plane) const = 0;
   virtual Vec2<S> velocity(int plane) const = 0;
   virtual void push(int plane, const Vec2<S>& force) = 0;
+  virtual void load(int plane, const Vec2<S>& force) = 0;
 };
 
 /// One magnetic bearing at an instant.

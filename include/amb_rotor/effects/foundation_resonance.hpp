@@ -1,7 +1,8 @@
 #pragma once
 // Foundation resonance: the stator stands on a flexible foundation, one mass m that moves in x and y, carries the
-// sensors and all bearings and takes their reaction:  m f'' + 2 zeta m w f' + m w^2 f = -(sum of bearing forces on
-// the rotor). Signature: a resonance and an antiresonance near w. State: f, f' (x, y each).
+// sensors and all bearings and takes their reaction and that of seal, motor, internal damping and laws at the
+// rotor:  m f'' + 2 zeta m w f' + m w^2 f = -(sum of these forces on the rotor).
+// Signature: a resonance and an antiresonance near w. State: f, f' (x, y each).
 // Left out: tilting of the foundation.
 #include "amb_rotor/effects/effect.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 // Inner ring spin: the friction turns the inner ring of the ball bearing, so that sliding stops. For each end
-//   J w' = arm * (friction force on the ring) - T tanh(w / 1 rad/s),  arm = rotor radius + clearance
+//   J w' = arm * (friction force on the ring) - T tanh(w / 1 rad/s),  arm = rotor radius + clearance + penetration
 //   slip v = rotor surface speed + whirl - arm w
 // J [kg m2], T [N m] drag torque. State: w [rad/s] of each end. Left out: balls and cage, speed-dependent drag.
 #include "amb_rotor/effects/effect.hpp"

@@ -1,5 +1,6 @@
 #pragma once
-// A constant force (F_x, F_y) [N] at the centre of gravity: gravity that nobody stated, a belt, a seal.
+// A constant force (F_x, F_y) [N] at the centre of gravity from outside of machine and stator: gravity that nobody
+// stated, a belt. It leaves no reaction on a stator that moves (foundation_resonance).
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {
@@ -18,7 +19,7 @@ struct StaticLoad {
     explicit Physics(const std::vector<S>& p) : force_{p[0], p[1]} {}
     unsigned roles() const override { return acts_on_rotor | acts_on_rotor_force; }
     void rotor(const Rig<S>&, RotorPort<S>& port) override { plane_ = port.addPlane(S(0.0)); }
-    void rotorForce(const Shaft<S>&, RotorForces<S>& rotor) const override { rotor.push(plane_, force_); }
+    void rotorForce(const Shaft<S>&, RotorForces<S>& rotor) const override { rotor.load(plane_, force_); }
 
    private:
     Vec2<S> force_;

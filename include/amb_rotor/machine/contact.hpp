@@ -31,7 +31,7 @@ struct LocalContact {
   S penetration0 = S(0.0), rate0 = S(0.0);
   S force = S(0.0), slope = S(0.0), damping = S(0.0);
   S friction_coefficient = S(0.0);
-  S surface_speed = S(0.0);  ///< R Omega - arm Omega_ring: sliding speed without whirl [m/s]
+  S surface_speed = S(0.0);  ///< R Omega - (R + clearance) Omega_ring: sliding speed without whirl and penetration [m/s]
 };
 
 }  // namespace amb_rotor

@@ -125,7 +125,8 @@ class Machine {
   /// Sliding speed of the surfaces at an end [m/s], positive where the rotor's goes with the spin.
   S slip(int end, const Inputs<S>& in, const S* state) const;
   /// Its rate [m/s^2] from a state and that state's rates:
-  ///   v = R W + t.u - arm w  ->  v' = R W' + t.u' - (t.u)(n.u)/|r| - arm w',  u = r', |r| the distance of the centres
+  ///   v = R W + t.u - arm w  ->  v' = R W' + t.u' - (t.u)(n.u)/|r| - arm w' - arm' w,  u = r', |r| the distance of the
+  ///   centres, arm that of ringArm()
   S slipRate(int end, const Inputs<S>& in, const S* state, const S* rate) const;
 
   /// Contact at both ends for a state, as a partner in the node graph computes it.
@@ -145,6 +146,9 @@ class Machine {
 
   void evaluate(const Inputs<S>& in, const S* state, S* rate, Observation<S>* seen) const;
   ContactGeometry<S> geometryAt(int end, const S* state) const;
+  /// Arm of the friction about the ring's centre [m]: the rotor's radius and the distance of the centres, so that the
+  /// torques on rotor and ring and the moment of the force between the centres add up to nothing.
+  S ringArm(const S& penetration) const { return ring_arm_ + maximum(penetration, S(0.0)); }
   Vec2<S> magneticForce(const Vec2<S>& current, const Vec2<S>& position, const Vec2<S>& velocity) const;
 
   void electricRates(const Inputs<S>& in, const Shaft<S>& shaft, const S* state, S* rate, Observation<S>* seen) const;

@@ -15,11 +15,21 @@ template <class S>
 class Machine<S>::Forces final : public RotorForces<S> {
  public:
   Forces(const ModalRotor<S>& rotor, const S* q, const S* v, const Vec2<S>& stator, const Vec2<S>& stator_velocity,
-         S* generalised)
-      : rotor_(rotor), q_(q), v_(v), stator_(stator), stator_velocity_(stator_velocity), generalised_(generalised) {}
+         S* generalised, Vec2<S>& reaction)
+      : rotor_(rotor),
+        q_(q),
+        v_(v),
+        stator_(stator),
+        stator_velocity_(stator_velocity),
+        generalised_(generalised),
+        reaction_(reaction) {}
   Vec2<S> position(int plane) const override { return rotor_.at(plane, q_) - stator_; }
   Vec2<S> velocity(int plane) const override { return rotor_.at(plane, v_) - stator_velocity_; }
-  void push(int plane, const Vec2<S>& force) override { rotor_.push(plane, force, generalised_); }
+  void push(int plane, const Vec2<S>& force) override {
+    rotor_.push(plane, force, generalised_);
+    reaction_ -= force;
+  }
+  void load(int plane, const Vec2<S>& force) override { rotor_.push(plane, force, generalised_); }
 
  private:
   const ModalRotor<S>& rotor_;
@@ -27,6 +37,7 @@ class Machine<S>::Forces final : public RotorForces<S> {
   const S* v_;
   Vec2<S> stator_, stator_velocity_;
   S* generalised_;
+  Vec2<S>& reaction_;
 };
 
 /// The physics of an effect that a file defines, its values from each lane; null: the program has it itself.
@@ -201,12 +212,12 @@ Contact<S> Machine<S>::contactAt(int end, const Vec2<S>& position, const Vec2<S>
     n.margin = n.force / maximum(local->slope, S(1.0));
     n.slope = local->slope;
     n.damping = local->damping;
-    c.slip = local->surface_speed + g.tangential_rate;
+    c.slip = local->surface_speed + g.tangential_rate - maximum(g.penetration, S(0.0)) * ring_speed;
     c.friction_coefficient = local->friction_coefficient;
   } else {
     n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
     for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
-    c.slip = bearing.rotor_radius_m * shaft.speed + g.tangential_rate - ring_arm_ * ring_speed;
+    c.slip = bearing.rotor_radius_m * shaft.speed + g.tangential_rate - ringArm(g.penetration) * ring_speed;
     c.friction_coefficient = bearing.friction_coefficient;
     for (const auto* effect : friction_) effect->friction(c.slip, c.friction_coefficient);
   }
@@ -246,7 +257,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
 
   Vec2<S> stator, stator_velocity;
   if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
-  Vec2<S> reaction;  // of the bearings on the stator
+  Vec2<S> reaction;  // of the bearings, and of what else stands on the stator, on it
 
   Vec2<S> force_current[2] = {in.force_current[0], in.force_current[1]};
   if (electrics_.coils()) {
@@ -282,10 +293,11 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     if (in.contact != nullptr) {
       centre = in.contact[end].centre;
       centre_velocity = in.contact[end].centre_velocity;
-    } else if (mount_ != nullptr) {
-      mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
+    } else {  // a contact from outside is about the edge that carries, already
+      if (mount_ != nullptr)
+        mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
+      for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
     }
-    for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
     if (ring_ != nullptr) angular[end] = ring_->physics->ringSpeed(end, state + ring_->offset);
     const Contact<S> contact =
         contactAt(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
@@ -299,7 +311,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     else
       reaction += load;
     if (ring_ != nullptr && rate != nullptr)
-      ring_->physics->ringRates(end, -contact.friction_force * ring_arm_, state + ring_->offset,
+      ring_->physics->ringRates(end, -contact.friction_force * ringArm(contact.penetration), state + ring_->offset,
                                 rate + ring_->offset);
     if (seen != nullptr) {
       seen->contact[end] = contact;
@@ -324,7 +336,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
       rotor_.push(extra_force_plane_[i], in.extra_force[i], generalised);
   rotor_.push(cg_plane_, {S(0.0), -rig_.rotor.mass_kg * rig_.gravity_m_s2}, generalised);
   if (!pushing_.empty()) {
-    Forces port(rotor_, q, v, stator, stator_velocity, generalised);
+    Forces port(rotor_, q, v, stator, stator_velocity, generalised, reaction);
     for (const auto* effect : pushing_) effect->rotorForce(shaft, port);
   }
 
@@ -363,7 +375,8 @@ template <class S>
 S Machine<S>::slip(int end, const Inputs<S>& in, const S* state) const {
   const S speed = spin_ == Spin::prescribed ? in.shaft.speed : state[size_ - 1];
   const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, state + ring_->offset) : S(0.0);
-  return rig_.auxiliary_bearing.rotor_radius_m * speed + geometryAt(end, state).tangential_rate - ring_arm_ * ring;
+  const ContactGeometry<S> g = geometryAt(end, state);
+  return rig_.auxiliary_bearing.rotor_radius_m * speed + g.tangential_rate - ringArm(g.penetration) * ring;
 }
 
 template <class S>
@@ -378,9 +391,14 @@ S Machine<S>::slipRate(int end, const Inputs<S>& in, const S* state, const S* ra
     stator_->physics->statorPosition(rate + stator_->offset, velocity, acceleration);
   const Vec2<S> relative = rotor_.at(plane_aux + end, rate + 2 * rotor_.modes()) - acceleration;
   const S spin = spin_ == Spin::prescribed ? in.shaft.acceleration : rate[size_ - 1];
-  const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, rate + ring_->offset) : S(0.0);
+  S ring(0.0), ring_rate(0.0);
+  if (ring_ != nullptr) {
+    ring = ring_->physics->ringSpeed(end, state + ring_->offset);
+    ring_rate = ring_->physics->ringSpeed(end, rate + ring_->offset);
+  }
+  const S arm_rate = select(g.penetration > S(0.0), g.rate, S(0.0));
   return rig_.auxiliary_bearing.rotor_radius_m * spin + g.normal.x * relative.y - g.normal.y * relative.x -
-         g.tangential_rate * g.rate / g.distance - ring_arm_ * ring;
+         g.tangential_rate * g.rate / g.distance - ringArm(g.penetration) * ring_rate - arm_rate * ring;
 }
 
 template <class S>

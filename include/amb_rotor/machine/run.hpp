@@ -54,6 +54,14 @@ struct Simulation {
 /// Event-accurate run. The trajectory up to a failure is kept.
 Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& options = {});
 
+/// Puts a state where a scenario that does not start settled says, and its contacts by their guards.
+void startAsGiven(const Machine<double>& machine, const Scenario& scenario, MachineState<double>& state);
+
+/// Why a run ends as diverged: the rotor is farther than 50 clearances from the stator's axis, or not a number, at a
+/// magnetic bearing, a sensor or an auxiliary bearing. A tilt or a bend that grows moves one of these six planes,
+/// wherever its nodes are. Empty: it goes on. One rule for runs in process and in the node graph.
+std::string divergence(const Machine<double>& machine, const double* mechanics);
+
 /// The settled state of a machine at the start of a drive: run in at its starting speed without excitation,
 /// faults and integrator, for options.settle_s.
 MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive,

@@ -27,8 +27,8 @@ class ControllerPartner {
 };
 
 /// The contact laws of both auxiliary bearings. A linear law is answered exactly for as long as the plant
-/// likes; one that is not (Hertz, a friction coefficient that depends on the sliding speed) as its tangent
-/// half a contact step ahead, for one contact step.
+/// likes; one that is not (Hertz, a friction coefficient that depends on the sliding speed, a tilted bearing
+/// whose edges change) as its tangent half a contact step ahead, for one contact step.
 class ContactPartner {
  public:
   /// @param contact_step  [s] > 0
@@ -42,7 +42,7 @@ class ContactPartner {
   std::unique_ptr<Machine<double>> machine_;
   std::uint64_t model_hash_;
   double contact_step_;
-  bool bent_law_, varying_friction_;
+  bool bent_law_, varying_;
 };
 
 /// Scenario and faults: what is done to the machine from outside.

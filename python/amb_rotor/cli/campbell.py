@@ -7,6 +7,7 @@ from amb_rotor.errors import InputError
 
 HELP = "natural frequencies and damping over the speed"
 EXAMPLE = "amb campbell config/thesis/levitation_model.yaml --to 300"
+LOWEST = 6  # modes that are printed
 
 
 def add_arguments(parser) -> None:
@@ -31,5 +32,8 @@ def run(args) -> int:
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "speeds": [
         {"speed_hz": float(speed), "modes": [mode_dict(mode) for mode in row]} for speed, row in zip(speeds, rows)]})
     print(f"model {model.name} ({model.hash}): {len(speeds)} speeds from 0 to {args.to:g} Hz")
+    for speed, row in ((speeds[0], rows[0]), (speeds[-1], rows[-1])):
+        lowest = sorted(row, key=lambda mode: mode.damped_frequency_hz)[:LOWEST]
+        print(f"at {speed:g} Hz: " + ", ".join(f"{mode.damped_frequency_hz:.1f} {mode.whirl}" for mode in lowest) + " [Hz]")
     common.report_line(picture)
     return 0

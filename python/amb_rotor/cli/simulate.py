@@ -13,7 +13,8 @@ EXAMPLE = "amb simulate config/thesis/levitation_model.yaml --scenario config/th
 
 def add_arguments(parser) -> None:
     models.add_model(parser)
-    parser.add_argument("--scenario", metavar="S", required=True, help="file of format amb-scenario/1")
+    parser.add_argument("--scenario", metavar="S", help="file of format amb-scenario/1; without it MODEL is the scenario, "
+                        "and the model the file beside it that its name begins with (drop_40_hz.yaml: drop_model.yaml)")
     parser.add_argument("--out", metavar="F", help="table to write: .csv, .csv.gz, .npz or .bag "
                                                    "(default: out/simulate-NAME/run.csv)")
     parser.add_argument("--motion-from", metavar="S", type=float,
@@ -51,6 +52,9 @@ def write_bag(path: pathlib.Path, columns: dict) -> None:
 def run(args) -> int:
     import time
     from amb_rotor import _core
+    if args.scenario is None:
+        args.scenario, args.model = args.model, _model_of(args.model)
+        print(f"model {args.model}, by the name of the scenario")
     model = models.load(args)
     scenario = _core.read_scenario(str(common.input_path(args.scenario)))
     path = pathlib.Path(args.out) if args.out else \
@@ -83,6 +87,18 @@ def run(args) -> int:
         print(f"the run ended at {result['time_s']:.6g} s: {result['reason']}")
     common.report_line(path)
     return 0 if result["status"] == "ok" else 1
+
+
+def _model_of(scenario: str) -> str:
+    import yaml
+    path = common.input_path(scenario)
+    try:
+        document = yaml.safe_load(path.read_text()) if path.is_file() else None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error}") from error
+    if not isinstance(document, dict) or document.get("format") != "amb-scenario/1":
+        raise InputError(f"{path}: is no scenario (format amb-scenario/1); name one with --scenario")
+    return str(models.beside(path))
 
 
 def _motion(args, model, scenario, result: dict) -> dict:

@@ -28,11 +28,12 @@ def campbell(path, title, speeds, rows):
                  color=colour, label=whirl)
         bottom.plot([speed for speed, _ in points], [mode.damping_ratio for _, mode in points], ".", ms=4, color=colour)
     top.plot(speeds, speeds, "--", lw=1, color="#999999", label="1X")
-    highest = max((mode.damped_frequency_hz for row in rows for mode in row), default=1.0)
-    top.set_ylim(0.0, min(1.1 * highest, 4.0 * max(speeds)))
+    # modes far above all speeds would press the others together
+    near = [mode.damped_frequency_hz for row in rows for mode in row if mode.damped_frequency_hz < 4.0 * max(speeds)]
+    top.set_ylim(0.0, 1.1 * max(near + [max(speeds)]))
     top.set_ylabel("damped frequency [Hz]")
     top.set_title(title)
-    top.legend(loc="lower right", frameon=False)
+    top.legend(loc="upper left", frameon=False)
     bottom.axhline(0.0, lw=0.8, color="#999999")
     bottom.set_ylabel("damping ratio [-]")
     bottom.set_xlabel("speed [Hz]")

@@ -7,6 +7,7 @@ waterfall       spectra over the driving frequency                              
 response        synchronous amplitude on run-up and run-down, each speed begun from
                 the end of the last; Fourier coefficients of 5.15 to 5.18             5.3
 impact          normal force over penetration of one impact, in SI                    3.16
+magnet_force    force of one magnet over current and gap, in SI (sweeps/magnet.py)    3.9
 
 Amplitude of harmonic k over n whole turns: |2/(n T) integral x exp(-j k eta t) dt|, here the mean of the samples.
 Everything is dimensionless but an impact, which the file's `scale` takes to SI.
@@ -35,7 +36,7 @@ def read_figure(path: pathlib.Path) -> dict:
     document = yaml.safe_load(path.read_text())
     kind = document.get("kind")
     if kind not in KINDS:
-        raise InputError(f"{path}: kind: {kind} is none of {', '.join(KINDS)}")
+        raise InputError(f"{path}: kind: {kind} is none of {', '.join(KINDS)}, magnet_force")
     wanted = KEYS | KINDS[kind]
     faults = [f"{path}: {key}: the key is missing" for key in sorted(wanted - document.keys())]
     faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - wanted)]
@@ -208,7 +209,9 @@ def impact(figure: dict) -> dict:
 def run_figure(args, path: pathlib.Path) -> int:
     """`amb sweep FILE` for a file of this format."""
     from amb_rotor.cli import common
-    from amb_rotor.sweeps import draw_figures
+    from amb_rotor.sweeps import draw_figures, magnet
+    if yaml.safe_load(path.read_text()).get("kind") == "magnet_force":
+        return magnet.run_figure(args, path)
     figure = read_figure(path)
     folder = common.out_folder(args, "sweep", figure["name"])
     shown = {"motion": _motion, "contact_force": _contact_force, "waterfall": _waterfall, "response": _response,
