@@ -307,8 +307,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
-    if (!contact && isNested(followed[i].first->back().id) && followed[i].second == &nuisances[0])
-      effort.frozen = &directions;  // the reference is near
+    if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);
   });
