@@ -48,8 +48,15 @@ def test_no_subcommand_shows_the_help():
     assert run.returncode == 2 and "subcommands:" in run.stderr
 
 
-def test_a_build_folder_that_cannot_be_written_is_named():
-    run = subprocess.run([str(ROOT / "amb"), "modes"], capture_output=True, text=True, check=False,
+def test_a_mistyped_subcommand_is_told_before_anything_is_built():
+    run = subprocess.run([str(ROOT / "amb"), "diagnos"], capture_output=True, text=True, check=False,
+                         env={**os.environ, "AMB_ROTOR_BUILD_DIR": "/proc/amb_rotor_build"})
+    assert run.returncode == 2 and "diagnos" in run.stderr and "cannot write" not in run.stderr
+
+
+@pytest.mark.parametrize("command", sorted(cli.available_commands()))
+def test_a_build_folder_that_cannot_be_written_is_named(command):
+    run = subprocess.run([str(ROOT / "amb"), command], capture_output=True, text=True, check=False,
                          env={**os.environ, "AMB_ROTOR_BUILD_DIR": "/proc/amb_rotor_build"})
     assert run.returncode == 1
     assert "cannot write to /proc/amb_rotor_build; AMB_ROTOR_BUILD_DIR" in run.stderr
