@@ -2,6 +2,7 @@
 // Data sets that the generator makes once for all tests of a program: event-accurate runs with noise, and their truth.
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -62,5 +63,15 @@ inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, dou
   }
   return *slot;
 }
+
+/// The first instants of a recording.
+inline Recording beginningOf(Recording rec, long samples) {
+  rec.samples = std::min(rec.samples, samples);
+  rec.measured.resize(rec.samples * predicted_channels);
+  return rec;
+}
+
+/// Nothing is hidden, and nothing touches.
+inline const MadeSet& cleanSet() { return madeSet(21, "none", 0.0, false); }
 
 }  // namespace amb_rotor

@@ -75,7 +75,7 @@ double amountOf(const MadeSet& set) {
 
 /// Least share of the held-out error above the noise that the law which made it takes away. One linear step in the
 /// coefficients, not a refit, so not all of it.
-constexpr double least_gain = 0.7;
+constexpr double search_gain = 0.7;
 
 TEST(UnexplainedTest, FindsACubicStiffness) {
   const MadeSet& set = madeSet(3, "cubic_stiffness", 6.0, false);
@@ -91,7 +91,7 @@ TEST(UnexplainedTest, FindsACubicStiffness) {
   if (found.terms.size() == 1) {
     EXPECT_NEAR(cube->coefficient / -amountOf(set), 1.0, 0.3) << "of one linear step";
   }
-  EXPECT_GT(found.held_out_gain, least_gain);
+  EXPECT_GT(found.held_out_gain, search_gain);
 }
 
 TEST(UnexplainedTest, FindsAQuadraticDamping) {
@@ -102,7 +102,7 @@ TEST(UnexplainedTest, FindsAQuadraticDamping) {
   EXPECT_EQ(found.depends_on, std::vector<std::string>{"velocity"});
   ASSERT_FALSE(found.terms.empty());
   for (const HypothesisTerm& term : found.terms) EXPECT_EQ(term.term.find("velocity"), 0u) << found.shape;
-  EXPECT_GT(found.held_out_gain, least_gain);
+  EXPECT_GT(found.held_out_gain, search_gain);
 }
 
 }  // namespace

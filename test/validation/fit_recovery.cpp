@@ -10,8 +10,6 @@
 namespace amb_rotor {
 namespace {
 
-const MadeSet& clean() { return madeSet(21, "none", 0.0, false); }
-
 double valueOf(const Model& model, const std::string& name) {
   double value = NAN;
   Rig<double>::visit(model.rig, [&](const char* path, const double& field) {
@@ -21,7 +19,7 @@ double valueOf(const Model& model, const std::string& name) {
 }
 
 TEST(FitTest, GradientIsThatOfTheSumOfSquares) {
-  const MadeSet& set = clean();
+  const MadeSet& set = cleanSet();
   const FitSpace space(set.dataset.belief, {});
   const FitProblem problem(set.recordings, space, set.offset_std_m);
   const std::vector<int> which = {set.indexOf("chirp_1"), set.indexOf("steady_2")};
@@ -56,7 +54,7 @@ TEST(FitTest, GradientIsThatOfTheSumOfSquares) {
 }
 
 TEST(FitTest, NuisanceIsRecoveredWithinItsStandardDeviations) {
-  const MadeSet& set = clean();
+  const MadeSet& set = cleanSet();
   const FitSpace space(set.dataset.belief, {});
   const FitProblem problem(set.recordings, space, set.offset_std_m);
   std::vector<LocalState> local(set.recordings.size());

@@ -62,7 +62,7 @@ double difference(const Model& one, const Model& other, const Scenario& scenario
 }
 
 // Forces that differ by roundings only; the integrator's steps then differ by as little, and the motion forgets.
-constexpr double roundings = 1e-9;
+constexpr double law_roundings = 1e-9;
 
 TEST(LawEffectTest, AtTheBearingsItIsTheEffectThatSaysTheSame) {
   known("test_cubic", "magnetic_bearings", {"c", "q"}, "c * (x^2 + y^2) * x - q * speed * y",
@@ -73,14 +73,14 @@ TEST(LawEffectTest, AtTheBearingsItIsTheEffectThatSaysTheSame) {
   terms[effects::ForceLaw::cross_speed] = 40.0;
   const Model hand = with(base, "force_law", terms), law = with(base, "test_cubic", {-2e13, 40.0});
   EXPECT_GT(difference(base, hand, lively()), 0.01) << "it changes the motion";
-  EXPECT_LT(difference(hand, law, lively()), roundings);
+  EXPECT_LT(difference(hand, law, lively()), law_roundings);
 }
 
 TEST(LawEffectTest, AtTheRotorItIsALoadThere) {
   known("test_load", "rotor", {"f", "z_m"}, "0.3 * f", "f");
   const Model base = levitated();
   EXPECT_GT(difference(base, with(base, "test_load", {-12.0, 0.0}), lively()), 0.01);
-  EXPECT_LT(difference(with(base, "static_load", {-3.6, -12.0}), with(base, "test_load", {-12.0, 0.0}), lively()), roundings);
+  EXPECT_LT(difference(with(base, "static_load", {-3.6, -12.0}), with(base, "test_load", {-12.0, 0.0}), lively()), law_roundings);
 }
 
 TEST(LawEffectTest, AtTheSensorsItIsARunout) {
@@ -90,7 +90,7 @@ TEST(LawEffectTest, AtTheSensorsItIsARunout) {
   runout[0] = 5e-6;
   runout[1] = 0.7;
   EXPECT_GT(difference(base, with(base, "test_runout", {5e-6, 0.7}), lively()), 0.01);
-  EXPECT_LT(difference(with(base, "sensor_runout", runout), with(base, "test_runout", {5e-6, 0.7}), lively()), roundings);
+  EXPECT_LT(difference(with(base, "sensor_runout", runout), with(base, "test_runout", {5e-6, 0.7}), lively()), law_roundings);
 }
 
 TEST(LawEffectTest, ACubicSpringKeepsItsEnergy) {

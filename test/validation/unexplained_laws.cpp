@@ -14,7 +14,7 @@ namespace {
 
 /// What a difference of five times the noise leaves above the floor must go for the most part; a force along
 /// one axis at three times the angle has four terms, of which three are named.
-constexpr double least_gain = 0.8;
+constexpr double named_law_gain = 0.8;
 constexpr double strength = 5.0;
 
 struct Law {
@@ -43,7 +43,7 @@ TEST_P(UnexplainedLawTest, ItsQuantitiesAreNamed) {
   std::sort(wanted.begin(), wanted.end());
   EXPECT_EQ(found.depends_on, wanted) << found.shape;
   EXPECT_LE(found.terms.size(), 3u);
-  EXPECT_GT(found.held_out_gain, least_gain) << found.shape;
+  EXPECT_GT(found.held_out_gain, named_law_gain) << found.shape;
 }
 
 INSTANTIATE_TEST_SUITE_P(
