@@ -135,8 +135,8 @@ TEST(StartScreenTest, GainIsThatOfTheWholeProblemWithNuisanceOffsetsAndDrifts) {
   std::vector<LocalState> local(2);
   const StartScreen screen(recordings, {0, 1}, space, x, local, set.offset_std_m);
   const auto found = screen.gains({started}, true, true);
-  // single precision of the screen's columns, and differences over another step: the prediction is bent by less than 1 %
-  // over a hundredth of a scale
+  // single precision of the screen's columns, and differences over another step: the prediction is bent by less
+  // than 1 % over a hundredth of a scale
   EXPECT_NEAR(found[0].gain, gain, 0.02 * gain);
   EXPECT_NEAR(found[0].share, share, 0.02 * std::fabs(share));
 }
