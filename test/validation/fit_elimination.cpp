@@ -166,7 +166,8 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
     }
     return all;
   }();
-  EXPECT_LT((rows.local.transpose() * (rows.residual - rows.local * kept)).norm(), elimination_round_off * solved.norm());
+  EXPECT_LT((rows.local.transpose() * (rows.residual - rows.local * kept)).norm(),
+            elimination_round_off * solved.norm());
 }
 
 TEST(FitElimination, TheOffsetsOfARun) {
