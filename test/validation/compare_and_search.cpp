@@ -60,11 +60,12 @@ TEST(CompareTest, WithoutRefittingTheModelStaysAsItIs) {
 /// Fits the belief to a set and searches its residual.
 Unexplained search(const MadeSet& set, double& error) {
   const FitSpace space(set.dataset.belief, {});
-  const FitProblem problem(set.recordings, space, set.offset_std_m);
-  std::vector<LocalState> local(set.recordings.size());
-  const FitResult result = fit(problem, space.start(), set.runs(RunUse::fit, false), local, {});
+  const std::vector<Recording> recordings = runsThatTellLawsApart(set);
+  const FitProblem problem(recordings, space, set.offset_std_m);
+  std::vector<LocalState> local(recordings.size());
+  const FitResult result = fit(problem, space.start(), indicesToFit(recordings), local, {});
   error = std::sqrt(result.squares / result.count);
-  return searchUnexplained(set.recordings, space, result.x, local, set.offset_std_m);
+  return searchUnexplained(recordings, space, result.x, local, set.offset_std_m);
 }
 
 /// Least share of the held-out error above the noise that the law which made it takes away. One linear step in the

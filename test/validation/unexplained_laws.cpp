@@ -24,14 +24,6 @@ struct Law {
   std::vector<std::string> depends_on;
 };
 
-/// What tells the quantities apart: chirps, three speeds, and one of each to validate. Half of what a set records.
-std::vector<Recording> telling(const MadeSet& set) {
-  std::vector<Recording> some;
-  for (const char* id : {"chirp_1", "chirp_3", "steady_1", "steady_2", "steady_3", "chirp_4", "steady_4"})
-    some.push_back(set.recordings.at(set.indexOf(id)));
-  return some;
-}
-
 class UnexplainedLawTest : public testing::TestWithParam<Law> {};
 
 TEST_P(UnexplainedLawTest, ItsQuantitiesAreNamed) {
@@ -42,10 +34,10 @@ TEST_P(UnexplainedLawTest, ItsQuantitiesAreNamed) {
   EXPECT_EQ(set.made.verdict, "unknown");
   EXPECT_EQ(set.made.depends_on, law.depends_on);
   const FitSpace space(set.dataset.belief, {});
-  const std::vector<Recording> recordings = telling(set);
+  const std::vector<Recording> recordings = runsThatTellLawsApart(set);
   const FitProblem problem(recordings, space, set.offset_std_m);
   std::vector<LocalState> local(recordings.size());
-  const FitResult result = fit(problem, space.start(), {0, 1, 2, 3, 4}, local, {});
+  const FitResult result = fit(problem, space.start(), indicesToFit(recordings), local, {});
   ASSERT_GT(result.squares / result.count, 2.0) << "there is something to explain";
   const Unexplained found = searchUnexplained(recordings, space, result.x, local, set.offset_std_m);
   std::vector<std::string> wanted = law.depends_on;
