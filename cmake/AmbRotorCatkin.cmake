@@ -1,4 +1,7 @@
 # AMB_ROTOR_WITH_ROS, the catkin components, and where Python modules are built.
+
+# ROS's hooks print a line where it names another distribution, and catkin would read that line as Python.
+unset(ENV{ROS_DISTRO})
 if(NOT DEFINED AMB_ROTOR_WITH_ROS)
   find_package(catkin QUIET)
   option(AMB_ROTOR_WITH_ROS "nodes, messages and rostests" ${catkin_FOUND})

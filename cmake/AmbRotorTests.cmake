@@ -17,8 +17,10 @@ function(amb_rotor_test_executable target)
   target_compile_definitions(${target} PRIVATE AMB_ROTOR_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${target} PRIVATE amb_rotor_core GTest::gmock GTest::gtest)
   amb_rotor_warnings(${target})
+  amb_rotor_unity(${target} 6 ${ARGN})
   list(LENGTH ARGN sources)
-  if(sources GREATER 6)  # a second of each file's compile time is these headers', six to precompile them
+  # a second of each file's compile time is these headers', six to precompile them
+  if(sources GREATER 6 AND NOT AMB_ROTOR_UNITY)
     target_precompile_headers(${target} PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Core>)
   endif()
   add_dependencies(amb_rotor_tests ${target})

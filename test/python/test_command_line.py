@@ -48,11 +48,45 @@ def test_no_subcommand_shows_the_help():
     assert run.returncode == 2 and "subcommands:" in run.stderr
 
 
-def test_a_build_folder_that_cannot_be_written_is_named():
-    run = subprocess.run([str(ROOT / "amb"), "modes"], capture_output=True, text=True, check=False,
+def test_a_mistyped_subcommand_is_told_before_anything_is_built():
+    run = subprocess.run([str(ROOT / "amb"), "diagnos"], capture_output=True, text=True, check=False,
+                         env={**os.environ, "AMB_ROTOR_BUILD_DIR": "/proc/amb_rotor_build"})
+    assert run.returncode == 2 and "diagnos" in run.stderr and "cannot write" not in run.stderr
+
+
+@pytest.mark.parametrize("command", sorted(cli.available_commands()))
+def test_a_build_folder_that_cannot_be_written_is_named(command):
+    run = subprocess.run([str(ROOT / "amb"), command], capture_output=True, text=True, check=False,
                          env={**os.environ, "AMB_ROTOR_BUILD_DIR": "/proc/amb_rotor_build"})
     assert run.returncode == 1
     assert "cannot write to /proc/amb_rotor_build; AMB_ROTOR_BUILD_DIR" in run.stderr
+
+
+# What a shell has after `source devel/setup.bash` of some other workspace.
+SOURCED = {"ROS_DISTRO": "noetic", "ROS_ETC_DIR": "/opt/other/etc/ros", "CATKIN_SHELL": "bash",
+           "AMENT_PREFIX_PATH": "/opt/other", "CMAKE_PREFIX_PATH": "/opt/other", "PYTHONPATH": "/opt/other/python"}
+
+
+def test_a_shell_that_has_sourced_a_workspace_builds_as_any_other(tmp_path):
+    """Configuring ends at once, after cmake has said what it sees."""
+    shown = "".join(f'message(NOTICE "{name} is [$ENV{{{name}}}]")\n' for name in [*SOURCED, "ROS_LANG_DISABLE"])
+    (tmp_path / "show.cmake").write_text(shown + 'message(FATAL_ERROR "seen")\n')
+    run = subprocess.run([str(ROOT / "amb"), "modes"], capture_output=True, text=True, check=False,
+                         env={**os.environ, **SOURCED, "ROS_LANG_DISABLE": "geneus",
+                              "AMB_ROTOR_BUILD_DIR": str(tmp_path / "build"),
+                              "AMB_ROTOR_CMAKE_ARGS": f"-C {tmp_path}/show.cmake"})
+    assert run.returncode == 1 and "cmake failed" in run.stderr, run.stderr
+    assert all(f"{name} is []" in run.stderr for name in SOURCED), run.stderr
+    assert "ROS_LANG_DISABLE is [geneus]" in run.stderr  # a setting of the build, and the user's
+
+
+def test_benchmarks_are_built_as_amb_builds(monkeypatch):
+    from amb_rotor.cli import bench
+    for name, value in {**SOURCED, "ROS_LANG_DISABLE": "geneus"}.items():
+        monkeypatch.setenv(name, value)
+    environment = bench.build_environment()
+    assert not environment.keys() & SOURCED.keys()
+    assert environment["ROS_LANG_DISABLE"] == "geneus" and environment["PATH"] == os.environ["PATH"]
 
 
 @pytest.mark.parametrize("command", sorted(cli.available_commands()))

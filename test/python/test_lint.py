@@ -19,7 +19,7 @@ MACHINE_PATH = re.compile(r"""(?<![\w.])/(?:home|root|work|Users|mnt|media)/\w""
 
 
 def text_files() -> list[pathlib.Path]:
-    files = [path for path in ROOT.iterdir() if path.is_file()]
+    files = [path for path in ROOT.iterdir() if path.is_file() and path.name != ".git"]  # of a worktree: where it belongs
     for folder in SOURCE_FOLDERS:
         for base, folders, names in os.walk(ROOT / folder):
             folders[:] = [name for name in folders if name != "__pycache__"]

@@ -12,7 +12,7 @@
 namespace amb_rotor {
 namespace {
 
-double distance(const BasicState<double>& a, const BasicState<double>& b) {
+double stateDistance(const BasicState<double>& a, const BasicState<double>& b) {
   return std::hypot(std::hypot(a.x - b.x, a.y - b.y), std::hypot(a.vx - b.vx, a.vy - b.vy));
 }
 
@@ -51,13 +51,13 @@ TEST(HarmonicBalance, OneHarmonicIsExactForTheAnnularRub) {
       ASSERT_TRUE(found.converged) << eta << " " << radius << " " << found.residual;
       EXPECT_GT(found.iterations, 1);
       // The residual 1e-11 over the smallest eigenvalue of the balance, about 1e-2.
-      EXPECT_LT(distance(found.state, exact), 1e-8) << eta << " " << radius;
+      EXPECT_LT(stateDistance(found.state, exact), 1e-8) << eta << " " << radius;
     }
   }
 }
 
 /// The displaced bearing of figure 6.2, settled at this speed.
-ContinuationProblem displaced() {
+ContinuationProblem displacedProblem() {
   ContinuationProblem problem;
   problem.parameter = "frequency_ratio";
   problem.parameters = {{"misalignment", 0.62}, {"misalignment_angle_deg", 230.0}};
@@ -65,7 +65,7 @@ ContinuationProblem displaced() {
 }
 
 BranchPoint shooting(double eta, int turns) {
-  const auto problem = displaced();
+  const auto problem = displacedProblem();
   BasicLaneOptions run;
   run.turns_skipped = 960;
   run.turns_kept = 0;
@@ -85,7 +85,7 @@ BranchPoint shooting(double eta, int turns) {
 
 double balanceError(double eta, int turns, int harmonics) {
   const BranchPoint point = shooting(eta, turns);
-  const auto p = displaced().machineAt(eta);
+  const auto p = displacedProblem().machineAt(eta);
   const auto record = recordBasic(p, point.state, 0, turns, 256, {});
   EXPECT_GT(record.touch_downs, 0) << "the test is about rubbing motion";
   HarmonicBalanceOptions options;
@@ -93,7 +93,7 @@ double balanceError(double eta, int turns, int harmonics) {
   options.harmonics = harmonics * turns;
   const auto found = harmonicBalance(p, record.state, options);
   EXPECT_TRUE(found.converged) << found.residual;
-  return distance(found.state, point.state);
+  return stateDistance(found.state, point.state);
 }
 
 TEST(HarmonicBalance, AgreesWithShootingOnRubbingMotionsOfOneAndTwoTurns) {

@@ -13,7 +13,8 @@ namespace {
 using namespace testing_support;
 using Complex = std::complex<double>;
 
-constexpr double clearance = 0.2e-3, contact_stiffness = 3.38e7, radius = 0.012, mass = 3.36;
+constexpr double bearing_clearance = 0.2e-3, contact_stiffness = 3.38e7, shaft_radius = 0.012,
+                 rotor_mass = 3.36;
 
 Model setValued(Model model) {
   model.friction_law = FrictionLaw::set_valued;
@@ -28,7 +29,7 @@ Model pressed(double down, double sideways, double friction) {
   return with(model, "static_load", {sideways, -down});
 }
 
-double seat(double down) { return -clearance - down / (2.0 * contact_stiffness); }
+double seat(double down) { return -bearing_clearance - down / (2.0 * contact_stiffness); }
 
 TEST(ContactStick, BelowTheFrictionsLimitNothingMoves) {
   const double down = 400.0, mu = 0.2;
@@ -41,7 +42,7 @@ TEST(ContactStick, BelowTheFrictionsLimitNothingMoves) {
   EXPECT_NEAR(stuck.trajectory.friction_force_N[0].back(), -0.25 * mu * down, 1e-4);
   EXPECT_LT(std::fabs(stuck.final_state.mechanics[0]), 1e-10);
   EXPECT_EQ(stuck.final_state.sliding[0], 0);
-  // the regularised law creeps until the wall's slope carries the force: x = clearance * 0.1
+  // the regularised law creeps until the wall's slope carries the force: x = bearing_clearance * 0.1
   const auto crept = simulate(model, scenario);
   EXPECT_GT(crept.final_state.mechanics[0], 1e-5);
 }
@@ -56,12 +57,13 @@ TEST(ContactStick, AboveTheLimitItSlides) {
   EXPECT_NEAR(t.friction_force_N[0][100], -mu * t.normal_force_N[0][100], 1e-9 * down);
   // x'' = a - w^2 x, a = (1.5 - 1) mu F/m, w^2 = F/(m rho): x = a/w^2 (1 - cos w t), after 1 ms; N rises by m
   // v^2/rho, 0.6 % of F, which is 2 % of the net force
-  const double a = 0.5 * mu * down / mass, w = std::sqrt(down / (mass * -seat(down)));
+  const double a = 0.5 * mu * down / rotor_mass, w = std::sqrt(down / (rotor_mass * -seat(down)));
   EXPECT_NEAR(t.aux_position_m[0][100], a / (w * w) * (1.0 - std::cos(w * 1e-3)), 0.02 * 6e-6);
 }
 
 TEST(ContactStick, SlidingComesToRestWhenTheClosedFormSays) {
-  // at the bottom of the bearing, rho = clearance + depth: rho f'' = -(F/m) sin f -+ mu N/m. For small f
+  // at the bottom of the bearing, rho = bearing_clearance + depth: rho f'' = -(F/m) sin f -+ mu N/m. For
+  // small f
   //   x'' = -w^2 x - a, w^2 = F/(m rho), a = mu F/m:  at rest at t = atan(v0 w/a)/w
   const double down = 400.0, mu = 0.2, v0 = 0.01;
   const auto run = simulate(setValued(pressed(down, 0.0, mu)),
@@ -72,7 +74,7 @@ TEST(ContactStick, SlidingComesToRestWhenTheClosedFormSays) {
   std::size_t i = 0;
   while (i < t.time_s.size() && std::fabs(t.slip_m_s[0][i]) > 1e-6) ++i;
   ASSERT_LT(i, t.time_s.size()) << "it must come to rest";
-  const double w = std::sqrt(down / (mass * -seat(down))), a = mu * down / mass;
+  const double w = std::sqrt(down / (rotor_mass * -seat(down))), a = mu * down / rotor_mass;
   // recorded every 1e-6 s; the normal force rises by m v^2/rho, 0.4 % of F, as it slides
   EXPECT_NEAR(t.time_s[i], std::atan(v0 * w / a) / w, 2e-6 + 0.003 * v0 / a);
   // and stays: x/rho = 1 % of slope is less than mu. Along the normal, which leans by as much, the depth
@@ -97,13 +99,13 @@ Model whirling(double friction) {
 ///   z = N (1 + i f) 2/(m w^2), b = N (1 + i f)/K2, K2 = k2 - m2 w^2 + i w d2, n = (z - b)/|z - b| = 1
 /// so that 2/(m w^2) - 1/K2 times 1 + i f is real.
 Complex flexibility(double w) {
-  return 2.0 / (mass * w * w) - 1.0 / Complex(mount_stiffness - mount_mass * w * w, w * mount_damping);
+  return 2.0 / (rotor_mass * w * w) - 1.0 / Complex(mount_stiffness - mount_mass * w * w, w * mount_damping);
 }
 double frictionRatio(double w) { return -flexibility(w).imag() / flexibility(w).real(); }
 /// Distance of the centres at a whirl: the clearance and the penetration N/kc.
 double distance(double w) {
   const double per_force = (Complex(1.0, frictionRatio(w)) * flexibility(w)).real();
-  return clearance / (1.0 - 1.0 / (contact_stiffness * per_force));
+  return bearing_clearance / (1.0 - 1.0 / (contact_stiffness * per_force));
 }
 
 struct Whirled {
@@ -111,8 +113,8 @@ struct Whirled {
 };
 
 Whirled whirl(const Model& model, double hz, double start_rate) {
-  const auto run = simulate(
-      model, from(constantSpeed(hz, 0.5, 5000.0), {clearance + 5e-6, 0.0}, {0.0, start_rate * clearance}));
+  const auto run = simulate(model, from(constantSpeed(hz, 0.5, 5000.0), {bearing_clearance + 5e-6, 0.0},
+                                        {0.0, start_rate * bearing_clearance}));
   EXPECT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
   const auto& t = run.trajectory;
   double turned = 0.0, last = 0.0, seconds = 0.0;
@@ -136,13 +138,13 @@ TEST(ContactStick, DryWhirlRollsAtLowSpin) {
   const double hz = 1.0, mu = 0.15, spin = radPerSecond(hz);
   const Whirled w = whirl(setValued(whirling(mu)), hz, -350.0);
   // rolling: R W = -w (distance of the centres), which is the clearance and a penetration of some nm
-  EXPECT_NEAR(w.rate, -radius * spin / w.distance, 1e-5 * std::fabs(w.rate));
-  EXPECT_NEAR(w.rate, -radius * spin / clearance, 1e-2 * std::fabs(w.rate)) << "-R W/Cs";
+  EXPECT_NEAR(w.rate, -shaft_radius * spin / w.distance, 1e-5 * std::fabs(w.rate));
+  EXPECT_NEAR(w.rate, -shaft_radius * spin / bearing_clearance, 1e-2 * std::fabs(w.rate)) << "-R W/Cs";
   EXPECT_LT(w.slip, 1e-6) << "sticks";
   // the friction that rolling needs, from the closed form of the circular motion; below mu
   EXPECT_NEAR(std::fabs(w.ratio), std::fabs(frictionRatio(w.rate)), 1e-3 * mu);
   EXPECT_LT(std::fabs(w.ratio), mu);
-  EXPECT_NEAR(w.distance, distance(w.rate), 1e-4 * clearance);
+  EXPECT_NEAR(w.distance, distance(w.rate), 1e-4 * bearing_clearance);
 }
 
 TEST(ContactStick, DryWhirlSlipsAndLocksAtHighSpin) {
@@ -153,7 +155,7 @@ TEST(ContactStick, DryWhirlSlipsAndLocksAtHighSpin) {
     const double middle = 0.5 * (low + high);
     (std::fabs(frictionRatio(middle)) < mu ? low : high) = middle;
   }
-  const double lock = low, coupled = std::sqrt(2.0 * mount_stiffness / mass);
+  const double lock = low, coupled = std::sqrt(2.0 * mount_stiffness / rotor_mass);
   // near the frequency of the rotor on its mounts (1091 rad/s), below it by what damps
   ASSERT_GT(-lock, 0.8 * coupled);
   ASSERT_LT(-lock, coupled);
@@ -161,9 +163,11 @@ TEST(ContactStick, DryWhirlSlipsAndLocksAtHighSpin) {
     const Whirled w = whirl(setValued(whirling(mu)), hz, -900.0);
     EXPECT_NEAR(w.rate, lock, 1e-4 * coupled) << "the same whatever the spin, " << hz;
     EXPECT_NEAR(std::fabs(w.ratio), mu, 1e-6);
-    EXPECT_NEAR(w.slip, radius * radPerSecond(hz) + w.rate * w.distance, 1e-3) << "slides with the spin";
+    EXPECT_NEAR(w.slip, shaft_radius * radPerSecond(hz) + w.rate * w.distance, 1e-3)
+        << "slides with the spin";
     EXPECT_GT(w.slip, 0.5);
-    EXPECT_LT(std::fabs(w.rate), 0.7 * radius * radPerSecond(hz) / clearance) << "far from rolling";
+    EXPECT_LT(std::fabs(w.rate), 0.7 * shaft_radius * radPerSecond(hz) / bearing_clearance)
+        << "far from rolling";
   }
 }
 

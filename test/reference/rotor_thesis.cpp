@@ -22,12 +22,12 @@ constexpr double kStiffness = 5.96e5;  // [N/m], one bearing
 constexpr double kWeighed = 0.01;
 constexpr double kFrequency = 0.02;
 
-FlexibleRotor thesisRotor() {
+FlexibleRotor flexibleThesisRotor() {
   return FlexibleRotor(loadRotorGeometry(std::string(AMB_ROTOR_SOURCE_DIR) + "/config/thesis/rotor.yaml"));
 }
 
 TEST(RotorThesis, InertiaOfTable41) {
-  const FlexibleRotor rotor = thesisRotor();
+  const FlexibleRotor rotor = flexibleThesisRotor();
   EXPECT_NEAR(rotor.inertia().mass, 3.36, kWeighed * 3.36);
   EXPECT_NEAR(rotor.right() - rotor.left(), 0.323, 1e-9);
   EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, 0.1604, kWeighed * 0.1604);
@@ -36,7 +36,7 @@ TEST(RotorThesis, InertiaOfTable41) {
 }
 
 TEST(RotorThesis, FrequenciesOfFigure43) {
-  const FlexibleRotor rotor = thesisRotor();
+  const FlexibleRotor rotor = flexibleThesisRotor();
   EXPECT_NEAR(freeModes(rotor).frequency(2), 2971.0 * kHz, kFrequency * 2971.0 * kHz);
   const Eigen::VectorXd held = planarFrequencies(rotor, {{-kArm, kStiffness}, {kArm, kStiffness}});
   EXPECT_NEAR(held(0), 94.0 * kHz, kFrequency * 94.0 * kHz);
@@ -54,7 +54,7 @@ TEST(RotorThesis, Table42FollowsFromTheRotor) {
   // Calculated columns fcn1, fcn2 over the range of k1; printed to whole hertz, the lever arm scatters 0.6 %.
   const double table[4][3] = {
       {4.9273e5, 85, 117}, {5.6989e5, 92, 125}, {6.4705e5, 98, 134}, {7.2422e5, 103, 141}};
-  const FlexibleRotor rotor = thesisRotor();
+  const FlexibleRotor rotor = flexibleThesisRotor();
   for (const auto& row : table) {
     const Eigen::VectorXd held = planarFrequencies(rotor, {{-kArm, row[0]}, {kArm, row[0]}});
     EXPECT_NEAR(held(0), row[1] * kHz, kFrequency * row[1] * kHz);
@@ -65,7 +65,7 @@ TEST(RotorThesis, Table42FollowsFromTheRotor) {
 TEST(RotorThesis, GyroscopicEffectIsSmallAsFigure44Says) {
   // Two rigid lines hardly split up to 30000 rpm. Rigid: Ip W/(2 It w) = 0.001 * 3142/(2 * 0.017 * 804) = 11
   // % either side of the conical mode, and nothing of the cylindrical one.
-  const ReducedRotor rotor = reduceModal(thesisRotor(), 6);
+  const ReducedRotor rotor = reduceModal(flexibleThesisRotor(), 6);
   const std::vector<RotorModes> diagram = campbell(
       rotor, {isotropicSupport(-kArm, kStiffness), isotropicSupport(kArm, kStiffness)}, {0.0, 500.0 * kHz});
   const auto& spinning = diagram[1].oscillating;
@@ -81,7 +81,7 @@ TEST(RotorThesis, TwentyStatesAreEnoughAsFigure37Says) {
   // One plane on both bearings, k1 with damping as measured in figure 4.10 (0.22: 2 * 0.22 * 2 k1/w).
   const double damping = 0.22 * 2.0 * kStiffness / (94.0 * kHz);
   const StateSpace full = rotorStateSpace(
-      allModes(thesisRotor()),
+      allModes(flexibleThesisRotor()),
       {isotropicSupport(-kArm, kStiffness, damping), isotropicSupport(kArm, kStiffness, damping)}, 0.0,
       {-kArm, kArm}, {-kArm, kArm}, false);
   const BalancedSystem reduced = balancedTruncation(full, 20);

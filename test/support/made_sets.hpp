@@ -2,10 +2,12 @@
 // Data sets that the generator makes once for all tests of a program: event-accurate runs with noise, and their truth.
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "amb_rotor/validation/make_dataset.hpp"
 #include "amb_rotor/validation/recording.hpp"
@@ -62,5 +64,31 @@ inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, dou
   }
   return *slot;
 }
+
+/// The first instants of a recording.
+inline Recording beginningOf(Recording rec, long samples) {
+  rec.samples = std::min(rec.samples, samples);
+  rec.measured.resize(rec.samples * predicted_channels);
+  return rec;
+}
+
+/// What tells the quantities apart that a law may depend on: chirps, three speeds, and one of each to validate. Half of
+/// what a set records.
+inline std::vector<Recording> runsThatTellLawsApart(const MadeSet& set) {
+  std::vector<Recording> some;
+  for (const char* id : {"chirp_1", "chirp_3", "steady_1", "steady_2", "steady_3", "chirp_4", "steady_4"})
+    some.push_back(set.recordings.at(set.indexOf(id)));
+  return some;
+}
+
+inline std::vector<int> indicesToFit(const std::vector<Recording>& recordings) {
+  std::vector<int> which;
+  for (int i = 0; i < static_cast<int>(recordings.size()); ++i)
+    if (recordings[i].run.use == RunUse::fit) which.push_back(i);
+  return which;
+}
+
+/// Nothing is hidden, and nothing touches.
+inline const MadeSet& cleanSet() { return madeSet(21, "none", 0.0, false); }
 
 }  // namespace amb_rotor

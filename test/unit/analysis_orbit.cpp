@@ -11,18 +11,18 @@ namespace amb_rotor {
 namespace {
 
 // Closed forms evaluated in double: a few operations of relative round-off 2e-16.
-constexpr double round_off = 1e-13;
+constexpr double orbit_round_off = 1e-13;
 
 TEST(AnalysisOrbit, EllipseOfForwardAndBackwardVectors) {
   const OrbitEllipse e = orbitEllipse(std::polar(3.0, 0.7), std::polar(1.0, 0.3));
-  EXPECT_NEAR(e.semi_major, 4.0, round_off);
-  EXPECT_NEAR(e.semi_minor, 2.0, round_off);
-  EXPECT_NEAR(e.inclination, 0.5, round_off);
+  EXPECT_NEAR(e.semi_major, 4.0, orbit_round_off);
+  EXPECT_NEAR(e.semi_minor, 2.0, orbit_round_off);
+  EXPECT_NEAR(e.inclination, 0.5, orbit_round_off);
   EXPECT_EQ(e.direction, WhirlDirection::forward);
   // At the major phase the point is on the major axis at the largest radius.
   const std::complex<double> z = std::polar(3.0, 0.7 + e.major_phase) + std::polar(1.0, 0.3 - e.major_phase);
-  EXPECT_NEAR(std::abs(z), 4.0, round_off);
-  EXPECT_NEAR(std::arg(z), e.inclination, round_off);
+  EXPECT_NEAR(std::abs(z), 4.0, orbit_round_off);
+  EXPECT_NEAR(std::arg(z), e.inclination, orbit_round_off);
   EXPECT_EQ(orbitEllipse(1.0, std::polar(2.0, 1.0)).direction, WhirlDirection::backward);
   EXPECT_LT(orbitEllipse(1.0, std::polar(2.0, 1.0)).semi_minor, 0.0);
   EXPECT_EQ(orbitEllipse(1.0, std::polar(1.0, 1.0)).direction, WhirlDirection::planar);
@@ -32,9 +32,9 @@ TEST(AnalysisOrbit, EllipseOfForwardAndBackwardVectors) {
 TEST(AnalysisOrbit, MajorPhaseWhenTheInclinationWraps) {
   const double f = 2.8, b = 3.0;  // (f + b)/2 = 2.9: the axis is folded by pi
   const OrbitEllipse e = orbitEllipse(std::polar(3.0, f), std::polar(1.0, b));
-  EXPECT_NEAR(e.inclination, 2.9 - M_PI, round_off);
+  EXPECT_NEAR(e.inclination, 2.9 - M_PI, orbit_round_off);
   const std::complex<double> z = std::polar(3.0, f + e.major_phase) + std::polar(1.0, b - e.major_phase);
-  EXPECT_NEAR(std::arg(z), e.inclination, round_off);
+  EXPECT_NEAR(std::arg(z), e.inclination, orbit_round_off);
 }
 
 TEST(AnalysisOrbit, StatisticsOfADisplacedCircle) {
@@ -60,8 +60,8 @@ TEST(AnalysisOrbit, WeightsAreSharesOfTime) {
   OrbitAccumulator accumulator(1.0);
   accumulator.add(0.0, 0.0, 3.0);
   accumulator.add(4.0, 0.0, 1.0);
-  EXPECT_NEAR(accumulator.statistics().mean_x, 1.0, round_off);
-  EXPECT_NEAR(accumulator.statistics().rms_about_mean, std::sqrt(3.0), round_off);
+  EXPECT_NEAR(accumulator.statistics().mean_x, 1.0, orbit_round_off);
+  EXPECT_NEAR(accumulator.statistics().rms_about_mean, std::sqrt(3.0), orbit_round_off);
 }
 
 TEST(AnalysisOrbit, NotANumberIsCountedAndKeptOut) {
@@ -74,8 +74,8 @@ TEST(AnalysisOrbit, NotANumberIsCountedAndKeptOut) {
 
 TEST(AnalysisOrbit, UnitsOfTheClearance) {
   const Orbit orbit = orbitInClearance({3e-4}, {-1e-4}, 2e-4, 1e-4, 1e-4);
-  EXPECT_NEAR(orbit.x[0], 1.0, round_off);
-  EXPECT_NEAR(orbit.y[0], -1.0, round_off);
+  EXPECT_NEAR(orbit.x[0], 1.0, orbit_round_off);
+  EXPECT_NEAR(orbit.y[0], -1.0, orbit_round_off);
   EXPECT_THROW(orbitInClearance({1.0}, {1.0}, 0.0), InputError);
   EXPECT_THROW(orbitStatistics({1.0}, {}, 1.0), InputError);
 }

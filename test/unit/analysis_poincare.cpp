@@ -9,14 +9,14 @@
 namespace amb_rotor {
 namespace {
 
-struct Record {
+struct WhirlSamples {
   std::vector<double> time, angle, x, y, vx, vy;
 };
 
 /// Whirl of radius 1 at 0.73 of a speed that rises, h the sample step.
 /// angle = w t + a t^2/2; x = cos(0.73 angle), y = sin(0.73 angle).
-Record whirl(double h) {
-  Record r;
+WhirlSamples whirl(double h) {
+  WhirlSamples r;
   for (int i = 0; i * h <= 1.0; ++i) {
     const double t = i * h + 0.013, rate = 2.0 * M_PI * (20.0 + 10.0 * t);
     const double angle = 2.0 * M_PI * (20.0 * t + 5.0 * t * t);
@@ -43,7 +43,7 @@ double worstError(const std::vector<PoincarePoint>& points) {
 }
 
 TEST(AnalysisPoincare, StroboscopicPointsOfAWhirlWithRisingSpeed) {
-  const Record r = whirl(1e-3);
+  const WhirlSamples r = whirl(1e-3);
   const auto with = stroboscopicSection(r.time, r.angle, r.x, r.y, r.vx, r.vy);
   const auto without = stroboscopicSection(r.time, r.angle, r.x, r.y);
   // Angle from 2 pi 0.26 to 2 pi 25.4: turns 1 to 25.
@@ -59,7 +59,7 @@ TEST(AnalysisPoincare, StroboscopicPointsOfAWhirlWithRisingSpeed) {
 }
 
 TEST(AnalysisPoincare, ErrorFallsWithTheFourthPower) {
-  const Record coarse = whirl(2e-3), fine = whirl(1e-3);
+  const WhirlSamples coarse = whirl(2e-3), fine = whirl(1e-3);
   const double ratio =
       worstError(stroboscopicSection(coarse.time, coarse.angle, coarse.x, coarse.y, coarse.vx, coarse.vy)) /
       worstError(stroboscopicSection(fine.time, fine.angle, fine.x, fine.y, fine.vx, fine.vy));
@@ -114,7 +114,7 @@ TEST(AnalysisPoincare, RadialTurningPoints) {
 }
 
 TEST(AnalysisPoincare, AccumulatorEqualsBatchAndCountsWhatItDrops) {
-  const Record r = whirl(1e-3);
+  const WhirlSamples r = whirl(1e-3);
   const auto batch = stroboscopicSection(r.time, r.angle, r.x, r.y, r.vx, r.vy);
   PoincareAccumulator accumulator;
   std::vector<PoincarePoint> points;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double rate = 1000.0;
 // FFT of n = 1000: round-off of a few 1e-15 of the largest line.
-constexpr double round_off = 1e-12;
+constexpr double spectrum_round_off = 1e-12;
 
 std::vector<double> tone(double amplitude, double frequency, double phase, std::size_t n) {
   std::vector<double> u(n);
@@ -31,14 +31,14 @@ TEST(AnalysisSpectrum, EveryWindowShowsTheAmplitudeOfALine) {
     options.window = window;
     const Spectrum s = amplitudeSpectrum(u, rate, options);
     ASSERT_EQ(s.frequency.size(), 501u);
-    EXPECT_NEAR(s.frequency[80], 80.0, round_off);
-    EXPECT_NEAR(s.amplitude[80], 1.7, round_off);
-    EXPECT_NEAR(s.amplitude[0], 0.0, round_off);  // the mean is taken out
-    EXPECT_NEAR(s.amplitude[300], 0.0, round_off);
+    EXPECT_NEAR(s.frequency[80], 80.0, spectrum_round_off);
+    EXPECT_NEAR(s.amplitude[80], 1.7, spectrum_round_off);
+    EXPECT_NEAR(s.amplitude[0], 0.0, spectrum_round_off);  // the mean is taken out
+    EXPECT_NEAR(s.amplitude[300], 0.0, spectrum_round_off);
   }
   SpectrumOptions keep;
   keep.remove_mean = false;
-  EXPECT_NEAR(amplitudeSpectrum(u, rate, keep).amplitude[0], 5.0, round_off);
+  EXPECT_NEAR(amplitudeSpectrum(u, rate, keep).amplitude[0], 5.0, spectrum_round_off);
 }
 
 TEST(AnalysisSpectrum, NoiseBandwidthOfKnownWindows) {
@@ -54,7 +54,7 @@ TEST(AnalysisSpectrum, HalfTheSampleRateIsNotDoubled) {
   SpectrumOptions options;
   options.window = Window::rectangular;
   const Spectrum s = amplitudeSpectrum(tone(1.0, 500.0, 0.0, 1000), rate, options);
-  EXPECT_NEAR(s.amplitude[500], 1.0, round_off);
+  EXPECT_NEAR(s.amplitude[500], 1.0, spectrum_round_off);
 }
 
 TEST(AnalysisSpectrum, FlatTopBetweenLines) {
@@ -139,7 +139,7 @@ TEST(AnalysisSpectrum, CascadeIsSortedBySpeed) {
                  b = amplitudeSpectrum(tone(2, 10, 0, 100), rate);
   const Waterfall w = cascade({a, b}, {30.0, 20.0});
   EXPECT_EQ(w.lines[0].speed, 20.0);
-  EXPECT_NEAR(w.lines[0].amplitude[1], 2.0, round_off);
+  EXPECT_NEAR(w.lines[0].amplitude[1], 2.0, spectrum_round_off);
   EXPECT_THROW(cascade({a, amplitudeSpectrum(tone(1, 10, 0, 200), rate)}, {1.0, 2.0}), InputError);
 }
 

@@ -11,12 +11,12 @@
 namespace amb_rotor {
 namespace {
 
-struct Record {
+struct PlaneRecord {
   std::vector<double> time, x, y;
 };
 
-Record record(double duration, double rate, const std::function<std::complex<double>(double)>& z) {
-  Record r;
+PlaneRecord record(double duration, double rate, const std::function<std::complex<double>(double)>& z) {
+  PlaneRecord r;
   for (int i = 0; i < duration * rate; ++i) {
     const double t = i / rate;
     r.time.push_back(t + 100.0);
@@ -28,7 +28,7 @@ Record record(double duration, double rate, const std::function<std::complex<dou
 
 TEST(AnalysisWhirl, CircleForwardAndBackward) {
   for (double w : {300.0, -300.0}) {
-    const Record r = record(1.0, 5000.0, [w](double t) { return 0.5 + std::polar(2.0, w * t + 0.3); });
+    const PlaneRecord r = record(1.0, 5000.0, [w](double t) { return 0.5 + std::polar(2.0, w * t + 0.3); });
     const WhirlState s = whirlFromOrbit(r.time, r.x, r.y, 0.5, 0.0);
     EXPECT_NEAR(s.frequency, w, 1e-8);  // exact line; round-off of times near 100 s
     EXPECT_EQ(s.direction, w > 0 ? WhirlDirection::forward : WhirlDirection::backward);
@@ -40,7 +40,7 @@ TEST(AnalysisWhirl, CircleForwardAndBackward) {
 
 TEST(AnalysisWhirl, LargerVectorDecides) {
   // Backward 2 at 170 rad/s beside forward 1 at 500 rad/s: the angle winds with the larger.
-  const Record r =
+  const PlaneRecord r =
       record(2.0, 5000.0, [](double t) { return std::polar(2.0, -170.0 * t) + std::polar(1.0, 500.0 * t); });
   const WhirlState s = whirlFromOrbit(r.time, r.x, r.y);
   // The angle swings by asin(1/2) about the line: slope error below 6 asin(1/2)/(w T) / T ~ 0.01 rad/s.
@@ -57,19 +57,19 @@ TEST(AnalysisWhirl, LargerVectorDecides) {
 }
 
 TEST(AnalysisWhirl, OrbitBesideTheCentreDoesNotWhirlAboutIt) {
-  const Record r = record(1.0, 5000.0, [](double t) { return 5.0 + std::polar(1.0, 300.0 * t); });
+  const PlaneRecord r = record(1.0, 5000.0, [](double t) { return 5.0 + std::polar(1.0, 300.0 * t); });
   EXPECT_NE(whirlFromOrbit(r.time, r.x, r.y).direction, WhirlDirection::forward);
   EXPECT_NEAR(whirlFromOrbit(r.time, r.x, r.y).revolutions, 0.0, 0.07);  // swing asin(1/5) = 0.2 rad
 }
 
 TEST(AnalysisWhirl, LineIsPlanar) {
-  const Record r =
+  const PlaneRecord r =
       record(1.0, 5000.0, [](double t) { return std::complex<double>(std::cos(300.0 * t), 0.0); });
   EXPECT_EQ(whirlFromSpectrum(fullSpectrum(r.x, r.y, 5000.0)).direction, WhirlDirection::planar);
 }
 
 TEST(AnalysisWhirl, TooFewSamplesAreTold) {
-  const Record r = record(1.0, 100.0, [](double t) { return std::polar(1.0, 2.0 * M_PI * 40.0 * t); });
+  const PlaneRecord r = record(1.0, 100.0, [](double t) { return std::polar(1.0, 2.0 * M_PI * 40.0 * t); });
   EXPECT_FALSE(whirlFromOrbit(r.time, r.x, r.y).resolved);
 }
 

@@ -1,5 +1,5 @@
-// Equivalent stiffness and damping of a controlled bearing: the thesis's closed forms (3.28 to 3.30), table 3.1, and
-// the machine shaken at one frequency.
+// Equivalent stiffness and damping of a controlled bearing: the thesis's closed forms (3.28 to 3.30),
+// table 3.1, and the machine shaken at one frequency.
 #include <gtest/gtest.h>
 
 #include "../support/models.hpp"
@@ -56,7 +56,7 @@ TEST(EquivalentStiffness, DelayTakesDampingAway) {
 }
 
 /// Complex displacement of the centre under a sine of 1 N at it.
-Complex shaken(const Model& model, double frequency_hz) {
+Complex bearingResponse(const Model& model, double frequency_hz) {
   Scenario scenario = constantSpeed(0.0, 0.6);
   Excitation force;
   force.waveform = Waveform::sine;
@@ -80,7 +80,7 @@ TEST(EquivalentStiffness, IsWhatAShakenMachineShows) {
       const double w = two_pi * f;
       const EquivalentBearing b = first(model, f);
       // 1 N sin(w t) is -j in the convention of order(): x = C cos(w t + arg)
-      const Complex stiffness = Complex(0.0, -1.0) / shaken(model, f);
+      const Complex stiffness = Complex(0.0, -1.0) / bearingResponse(model, f);
       const Complex expected(2.0 * b.stiffness_N_per_m - 3.36 * w * w, 2.0 * w * b.damping_N_s_per_m);
       // images of the held command move the mass by less than (f/10 kHz)^2, below 1e-4 of the hold's own share
       EXPECT_LT(std::abs(stiffness - expected), 2e-4 * std::abs(expected)) << f << " Hz, lagging " << lagging;

@@ -12,7 +12,7 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr double period = 1e-4;
-constexpr double round_off = 1e-12;  // of responses of order 1 to 10
+constexpr double sections_round_off = 1e-12;  // of responses of order 1 to 10
 
 Complex discrete(const Biquad& f, double w) {
   const Complex back = std::exp(Complex(0.0, -w * period));
@@ -35,12 +35,14 @@ double bent(double w, double w0) { return w0 * std::tan(0.5 * w * period) / std:
 TEST(ControllerSections, LeadLagIsExactAtRestAndAtItsMostPhase) {
   const Biquad f = biquadOf({SectionType::lead_lag, {150.0, 1200.0}}, period);
   const double w0 = radPerSecond(std::sqrt(150.0 * 1200.0));
-  EXPECT_NEAR(std::abs(discrete(f, 0.0) - 1.0), 0.0, round_off);
-  EXPECT_NEAR(std::abs(discrete(f, w0) - leadLag(w0, 150.0, 1200.0)), 0.0, round_off);
-  EXPECT_NEAR(std::arg(discrete(f, w0)), std::asin((1200.0 - 150.0) / (1200.0 + 150.0)), round_off) << "largest lead";
+  EXPECT_NEAR(std::abs(discrete(f, 0.0) - 1.0), 0.0, sections_round_off);
+  EXPECT_NEAR(std::abs(discrete(f, w0) - leadLag(w0, 150.0, 1200.0)), 0.0, sections_round_off);
+  EXPECT_NEAR(std::arg(discrete(f, w0)), std::asin((1200.0 - 150.0) / (1200.0 + 150.0)), sections_round_off)
+      << "largest lead";
   for (const double hz : {20.0, 700.0, 3000.0}) {
     const double w = radPerSecond(hz);
-    EXPECT_NEAR(std::abs(discrete(f, w) - leadLag(bent(w, w0), 150.0, 1200.0)), 0.0, round_off) << hz;
+    EXPECT_NEAR(std::abs(discrete(f, w) - leadLag(bent(w, w0), 150.0, 1200.0)), 0.0, sections_round_off)
+        << hz;
   }
 }
 
@@ -48,11 +50,12 @@ TEST(ControllerSections, NotchIsExactAtRestAndAtItsCentre) {
   for (const double depth : {0.0, 0.02}) {
     const Biquad f = biquadOf({SectionType::notch, {900.0, depth, 0.2}}, period);
     const double w0 = radPerSecond(900.0);
-    EXPECT_NEAR(std::abs(discrete(f, 0.0) - 1.0), 0.0, round_off);
-    EXPECT_NEAR(std::abs(discrete(f, w0)), depth / 0.2, round_off);
+    EXPECT_NEAR(std::abs(discrete(f, 0.0) - 1.0), 0.0, sections_round_off);
+    EXPECT_NEAR(std::abs(discrete(f, w0)), depth / 0.2, sections_round_off);
     for (const double hz : {20.0, 700.0, 1100.0, 4000.0}) {
       const double w = radPerSecond(hz);
-      EXPECT_NEAR(std::abs(discrete(f, w) - notch(bent(w, w0), 900.0, depth, 0.2)), 0.0, round_off) << hz;
+      EXPECT_NEAR(std::abs(discrete(f, w) - notch(bent(w, w0), 900.0, depth, 0.2)), 0.0, sections_round_off)
+          << hz;
     }
   }
 }

@@ -10,7 +10,7 @@ namespace {
 
 using namespace testing_support;
 
-constexpr double clearance = 0.2e-3, contact_stiffness = 3.38e7;
+constexpr double bearing_clearance = 0.2e-3, contact_stiffness = 3.38e7;
 
 /// A mass that is pressed into its auxiliary bearings by a force along -y with no magnetic bearing, at rest.
 Model pressed(double force, double damping = 3000.0) {
@@ -26,18 +26,18 @@ Simulation settled(const Model& model, double y0, double hz = 0.0, double durati
 TEST(EffectMisalignment, ContactAboutTheShiftedCentre) {
   const double ox = 3e-5, oy = -5e-5, force = 400.0;
   const Model model = with(pressed(force), "auxiliary_bearing_misalignment", {ox, oy, ox, oy});
-  // pushed down at x = ox there is no side force: y = oy - clearance - F/(2 k)
-  const auto run = simulate(model, from(constantSpeed(0.0, 0.3, 1000.0), {ox, oy - clearance}, {}));
+  // pushed down at x = ox there is no side force: y = oy - bearing_clearance - F/(2 k)
+  const auto run = simulate(model, from(constantSpeed(0.0, 0.3, 1000.0), {ox, oy - bearing_clearance}, {}));
   ASSERT_FALSE(run.trajectory.contacts.empty());
   EXPECT_NEAR(run.trajectory.aux_position_m[0].back(), ox, 1e-12);
-  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(), oy - clearance - force / (2 * contact_stiffness),
-              1e-11);
+  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(),
+              oy - bearing_clearance - force / (2 * contact_stiffness), 1e-11);
   EXPECT_NEAR(run.trajectory.normal_force_N[0].back(), 0.5 * force, 1e-4);
   // touch-down of a fall from the stator's centre happens at the shifted floor
   const auto fall =
       settled(with(pressed(3.36 * 9.81), "auxiliary_bearing_misalignment", {0.0, oy, 0.0, oy}), 0.0);
   ASSERT_FALSE(fall.trajectory.contacts.empty());
-  EXPECT_NEAR(fall.trajectory.contacts[0].from_s, std::sqrt(2.0 * (clearance - oy) / 9.81), 1e-9);
+  EXPECT_NEAR(fall.trajectory.contacts[0].from_s, std::sqrt(2.0 * (bearing_clearance - oy) / 9.81), 1e-9);
 }
 
 TEST(EffectMisalignment, EachEndHasItsOwn) {
@@ -52,7 +52,7 @@ TEST(EffectMisalignment, EachEndHasItsOwn) {
 TEST(EffectHertz, StaticPenetration) {
   const double force = 400.0, stiffness = 2.4e9;
   const Model model = with(pressed(force), "hertzian_contact", {stiffness, 2.0});
-  const auto run = settled(model, -clearance - 1e-6, 0.0, 1.0);
+  const auto run = settled(model, -bearing_clearance - 1e-6, 0.0, 1.0);
   ASSERT_FALSE(run.trajectory.contacts.empty());
   EXPECT_NEAR(run.trajectory.penetration_m[0].back(), std::pow(0.5 * force / stiffness, 2.0 / 3.0), 1e-9);
 }
@@ -96,12 +96,12 @@ TEST(EffectHertz, DurationOfAnUndampedImpact) {
 TEST(EffectCompliantMount, SeriesStiffness) {
   const double force = 400.0, k2 = 5e6;
   const Model model = with(pressed(force), "compliant_mount", {k2, 2000.0, 0.07});
-  const auto run = settled(model, -clearance, 0.0, 1.0);
+  const auto run = settled(model, -bearing_clearance, 0.0, 1.0);
   ASSERT_FALSE(run.trajectory.contacts.empty());
   const double one = 0.5 * force;
   EXPECT_NEAR(run.trajectory.aux_centre_m[1].back(), -one / k2, 1e-9);
-  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(), -clearance - one * (1 / k2 + 1 / contact_stiffness),
-              1e-9);
+  EXPECT_NEAR(run.trajectory.aux_position_m[1].back(),
+              -bearing_clearance - one * (1 / k2 + 1 / contact_stiffness), 1e-9);
 }
 
 TEST(EffectCompliantMount, FreeRingRingsAtItsOwnFrequency) {
@@ -125,7 +125,7 @@ TEST(EffectFriction, StribeckCurve) {
   const Model model = with(springMass(), "velocity_dependent_friction", {rest, sliding, vs});
   for (double speed : {-400.0, -50.0, 5.0, 80.0, 900.0}) {
     Probe probe(model);
-    probe.y[0] = clearance + 1e-5;
+    probe.y[0] = bearing_clearance + 1e-5;
     probe.turning(speed).look();
     const auto& c = probe.seen.contact[0];
     ASSERT_GT(c.normal_force, 300.0);
@@ -138,9 +138,10 @@ TEST(EffectFriction, StribeckCurve) {
 }
 
 TEST(EffectInnerRing, SpinsUpWithTheFrictionsTorqueUntilSlidingStops) {
-  const double force = 40.0, mu = 0.1, inertia = 1e-4, drag = 0.004, arm = 0.012 + clearance, hz = 30.0;
+  const double force = 40.0, mu = 0.1, inertia = 1e-4, drag = 0.004, arm = 0.012 + bearing_clearance,
+               hz = 30.0;
   const Model model = with(pressed(force), "inner_ring_spin", {inertia, drag});
-  const auto run = settled(model, -clearance - 0.5 * force / contact_stiffness, hz, 2.0);
+  const auto run = settled(model, -bearing_clearance - 0.5 * force / contact_stiffness, hz, 2.0);
   ASSERT_FALSE(run.trajectory.contacts.empty());
   const auto& t = run.trajectory;
   // while it slides, J w' = arm mu N - T tanh(w), N the force on the ring; integrated over the recorded N
@@ -173,7 +174,7 @@ TEST(ContactGeometry, BouncingMassOfTheMachineAgainstTheClosedForm) {
   model.rig.gravity_m_s2 = 9.81;
   model.rig.auxiliary_bearing.damping_N_s_per_m = 0.0;
   const auto run = simulate(model, from(constantSpeed(0.0, 0.2, 1000.0), {0.0, 0.0}, {}));
-  const double fall = std::sqrt(2 * clearance / 9.81), v = 9.81 * fall,
+  const double fall = std::sqrt(2 * bearing_clearance / 9.81), v = 9.81 * fall,
                w = std::sqrt(2 * contact_stiffness / 3.36);
   const double contact = 2 / w * (pi - std::atan(v * w / 9.81)), period = 2 * fall + contact;
   const auto& spans = run.trajectory.contacts;
@@ -189,9 +190,10 @@ TEST(ContactGeometry, BouncingMassOfTheMachineAgainstTheClosedForm) {
   }
   const double energy = 0.5 * 3.36 * v * v;
   const auto& y = run.final_state.mechanics;
-  const double depth = std::max(0.0, -y[1] - clearance);
-  EXPECT_NEAR(0.5 * 3.36 * y[3] * y[3] + 3.36 * 9.81 * (y[1] + clearance) + contact_stiffness * depth * depth,
-              energy, 1e-6 * energy);
+  const double depth = std::max(0.0, -y[1] - bearing_clearance);
+  EXPECT_NEAR(
+      0.5 * 3.36 * y[3] * y[3] + 3.36 * 9.81 * (y[1] + bearing_clearance) + contact_stiffness * depth * depth,
+      energy, 1e-6 * energy);
 }
 
 }  // namespace

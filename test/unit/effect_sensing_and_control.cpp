@@ -14,7 +14,7 @@ namespace {
 using namespace testing_support;
 using Complex = std::complex<double>;
 
-constexpr double round_off = 1e-15;  // of signals of 1e-4 m and less
+constexpr double signal_round_off = 1e-15;  // of signals of 1e-4 m and less
 
 TEST(EffectSensorRunout, SignalAsWritten) {
   const double r1 = 2e-6, p1 = 0.4, r2 = 1e-6, p2 = -0.9, angle = 2.3;
@@ -23,10 +23,10 @@ TEST(EffectSensorRunout, SignalAsWritten) {
   Vec2<double> s[2];
   probe.machine.signals(probe.in.shaft, probe.y.data(), s);
   EXPECT_NEAR(s[0].x, 1e-5 - 0.118 * 1e-4 + r1 * std::cos(angle + p1) + r2 * std::cos(2 * (angle + p2)),
-              round_off);
-  EXPECT_NEAR(s[0].y, -2e-5 + r1 * std::sin(angle + p1) - r2 * std::cos(2 * (angle + p2)), round_off);
-  EXPECT_NEAR(s[1].x, 1e-5 + 0.118 * 1e-4 + 3e-6 * std::cos(2 * (angle + 0.2)), round_off);
-  EXPECT_NEAR(s[1].y, -2e-5 - 3e-6 * std::cos(2 * (angle + 0.2)), round_off);
+              signal_round_off);
+  EXPECT_NEAR(s[0].y, -2e-5 + r1 * std::sin(angle + p1) - r2 * std::cos(2 * (angle + p2)), signal_round_off);
+  EXPECT_NEAR(s[1].x, 1e-5 + 0.118 * 1e-4 + 3e-6 * std::cos(2 * (angle + 0.2)), signal_round_off);
+  EXPECT_NEAR(s[1].y, -2e-5 - 3e-6 * std::cos(2 * (angle + 0.2)), signal_round_off);
 }
 
 TEST(EffectSensorRunout, OneXDoesNotGrowWithSpeedSquared) {
@@ -69,10 +69,10 @@ TEST(EffectSensorGain, SignalAndStaticStiffness) {
   probe.beam({1e-5, 2e-5, 0.0, 0.0});
   Vec2<double> s[2];
   probe.machine.signals(probe.in.shaft, probe.y.data(), s);
-  EXPECT_NEAR(s[0].x, 1.1e-5, round_off);
-  EXPECT_NEAR(s[0].y, 1.8e-5, round_off);
-  EXPECT_NEAR(s[1].x, 1.2e-5, round_off);
-  EXPECT_NEAR(s[1].y, 1.6e-5, round_off);
+  EXPECT_NEAR(s[0].x, 1.1e-5, signal_round_off);
+  EXPECT_NEAR(s[0].y, 1.8e-5, signal_round_off);
+  EXPECT_NEAR(s[1].x, 1.2e-5, signal_round_off);
+  EXPECT_NEAR(s[1].y, 1.6e-5, signal_round_off);
   // a static force F in the middle with equal factors f: position F/(2 (Ki kp f - Ks))
   Model pressed = with(levitated(), "sensor_gain_error", {1.1, 1.1, 1.1, 1.1});
   pressed = with(pressed, "static_load", {5.0, -3.0});
@@ -88,9 +88,9 @@ TEST(EffectSensorRotation, SignalAndStaticCrossCoupling) {
   probe.beam({1e-5, 2e-5, 0.0, 0.0});
   Vec2<double> s[2];
   probe.machine.signals(probe.in.shaft, probe.y.data(), s);
-  EXPECT_NEAR(s[0].x, 1e-5 * std::cos(a) + 2e-5 * std::sin(a), round_off);
-  EXPECT_NEAR(s[0].y, 2e-5 * std::cos(a) - 1e-5 * std::sin(a), round_off);
-  EXPECT_NEAR(s[1].x, 1e-5 * std::cos(0.2) - 2e-5 * std::sin(0.2), round_off);
+  EXPECT_NEAR(s[0].x, 1e-5 * std::cos(a) + 2e-5 * std::sin(a), signal_round_off);
+  EXPECT_NEAR(s[0].y, 2e-5 * std::cos(a) - 1e-5 * std::sin(a), signal_round_off);
+  EXPECT_NEAR(s[1].x, 1e-5 * std::cos(0.2) - 2e-5 * std::sin(0.2), signal_round_off);
   // balance in complex form: (Ki kp exp(-i a) - Ks) z = F/2
   Model pressed = with(levitated(), "sensor_axis_rotation", {a, a});
   pressed = with(pressed, "static_load", {5.0, -3.0});
@@ -108,7 +108,7 @@ TEST(EffectSensorOrder, RotationThenRunoutThenGain) {
   probe.beam({1e-5, 0.0, 0.0, 0.0});
   Vec2<double> s[2];
   probe.machine.signals(Shaft<double>::at(0.0, 0.0, 0.0), probe.y.data(), s);
-  EXPECT_NEAR(s[0].x, 2.0 * (1e-5 * std::cos(pi / 4.0) + 1e-6), round_off);
+  EXPECT_NEAR(s[0].x, 2.0 * (1e-5 * std::cos(pi / 4.0) + 1e-6), signal_round_off);
 }
 
 TEST(EffectControlDelay, EqualsTheRigWithThatDelay) {

@@ -24,7 +24,7 @@ double value(const std::string& text, double x = 0.3, double y = -0.8, double k 
   return compiled(text).evaluate(variables);
 }
 
-std::vector<FormulaFault> faultsOf(const std::string& text) {
+std::vector<FormulaFault> formulaFaults(const std::string& text) {
   std::vector<FormulaFault> faults;
   const Expression out = Expression::compile(text, names, faults);
   const double variables[] = {1.0, 2.0, 3.0};
@@ -116,7 +116,7 @@ TEST(FormulaTest, EdgesOfThePower) {
 }
 
 TEST(FormulaTest, AllFaultsAtOnceWithTheirPlace) {
-  const auto faults = faultsOf("k * (x + $3) \n + sin(x, y) * foo(y) + 1.2.3");
+  const auto faults = formulaFaults("k * (x + $3) \n + sin(x, y) * foo(y) + 1.2.3");
   ASSERT_EQ(faults.size(), 5u);
   EXPECT_EQ(faults[0].line, 1);
   EXPECT_EQ(faults[0].column, 1);
@@ -134,7 +134,7 @@ TEST(FormulaTest, AllFaultsAtOnceWithTheirPlace) {
 
 TEST(FormulaTest, EachKindOfMistakeIsNamed) {
   const auto only = [](const std::string& text, int column, const std::string& part) {
-    const auto faults = faultsOf(text);
+    const auto faults = formulaFaults(text);
     ASSERT_EQ(faults.size(), 1u) << text;
     EXPECT_EQ(faults[0].column, column) << text << ": " << faults[0].rule;
     EXPECT_NE(faults[0].rule.find(part), std::string::npos) << text << ": " << faults[0].rule;
@@ -159,7 +159,7 @@ TEST(FormulaTest, ADeepStackIsRefusedNotOverrun) {
   // right-hand chains keep every value: 1+(1+(1+ ... is bounded by the nesting, this one by the stack
   std::string text = "x";
   for (int i = 0; i < 38; ++i) text = "x + (" + text + ")";
-  const auto faults = faultsOf(text);
+  const auto faults = formulaFaults(text);
   ASSERT_FALSE(faults.empty());
   EXPECT_NE(faults[0].rule.find("values at a time"), std::string::npos) << faults[0].rule;
   for (int depth = 2; depth < Expression::most_depth; ++depth) {

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
 constexpr int size = 8;
-constexpr double round_off = 1e-11;
+constexpr double algebra_round_off = 1e-11;
 
 /// No two entries alike, no symmetry, of full rank.
 MatrixXd general() {
@@ -49,22 +49,24 @@ VectorXd rightSide() { return VectorXd::LinSpaced(size, -1.0, 2.0); }
 
 TEST(LinearAlgebra, SymmetricEigenvectorsDiagonalise) {
   const SymmetricEigen e = symmetricEigen(symmetric());
-  EXPECT_LT(distance(times(symmetric(), e.vectors), times(e.vectors, diagonal(e.values))), round_off);
-  EXPECT_LT(distance(times(transposed(e.vectors), e.vectors), one(size)), round_off);
+  EXPECT_LT(distance(times(symmetric(), e.vectors), times(e.vectors, diagonal(e.values))), algebra_round_off);
+  EXPECT_LT(distance(times(transposed(e.vectors), e.vectors), one(size)), algebra_round_off);
   EXPECT_LT(e.values(0), 0.0) << "indefinite, so that the order is seen";
   for (int i = 1; i < size; ++i) EXPECT_GE(e.values(i), e.values(i - 1));
   const MatrixXcd h = complexGeneral() + adjoint(complexGeneral());
   ASSERT_GT(h.imag().norm(), 1.0);
   const HermitianEigen c = hermitianEigen(h);
-  EXPECT_LT(distance(times(h, c.vectors), times(c.vectors, toComplex(diagonal(c.values)))), round_off);
+  EXPECT_LT(distance(times(h, c.vectors), times(c.vectors, toComplex(diagonal(c.values)))),
+            algebra_round_off);
 }
 
 TEST(LinearAlgebra, GeneralizedEigenvectorsDiagonaliseBoth) {
   const SymmetricEigen e = generalizedSymmetricEigen(symmetric(), positive());
   EXPECT_LT(distance(times(symmetric(), e.vectors), times(times(positive(), e.vectors), diagonal(e.values))),
-            round_off);
-  EXPECT_LT(distance(times(transposed(e.vectors), times(positive(), e.vectors)), one(size)), round_off);
-  EXPECT_LT((generalizedSymmetricEigenvalues(symmetric(), positive()) - e.values).norm(), round_off);
+            algebra_round_off);
+  EXPECT_LT(distance(times(transposed(e.vectors), times(positive(), e.vectors)), one(size)),
+            algebra_round_off);
+  EXPECT_LT((generalizedSymmetricEigenvalues(symmetric(), positive()) - e.values).norm(), algebra_round_off);
 }
 
 TEST(LinearAlgebra, GeneralEigenvectorsAndTheSchurForm) {
@@ -72,49 +74,49 @@ TEST(LinearAlgebra, GeneralEigenvectorsAndTheSchurForm) {
   const GeneralEigen e = generalEigen(general());
   ASSERT_TRUE(e.converged);
   EXPECT_GT(e.values.imag().cwiseAbs().maxCoeff(), 0.1) << "a pair, so that complex vectors are seen";
-  EXPECT_LT(distance(times(a, e.vectors), times(e.vectors, diagonal(e.values))), round_off);
-  EXPECT_LT((generalEigenvalues(general()) - e.values).norm(), round_off);
+  EXPECT_LT(distance(times(a, e.vectors), times(e.vectors, diagonal(e.values))), algebra_round_off);
+  EXPECT_LT((generalEigenvalues(general()) - e.values).norm(), algebra_round_off);
   const SchurForm s = complexSchur(general());
-  EXPECT_LT(distance(times(s.u, times(s.t, adjoint(s.u))), a), round_off);
-  EXPECT_LT(distance(times(adjoint(s.u), s.u), toComplex(one(size))), round_off);
+  EXPECT_LT(distance(times(s.u, times(s.t, adjoint(s.u))), a), algebra_round_off);
+  EXPECT_LT(distance(times(adjoint(s.u), s.u), toComplex(one(size))), algebra_round_off);
   for (int i = 0; i < size; ++i)
     for (int j = 0; j < i; ++j) EXPECT_EQ(std::abs(s.t(i, j)), 0.0);
 }
 
 TEST(LinearAlgebra, SingularValuesRebuildTheMatrix) {
   const SingularValues s = squareSvd(general());
-  EXPECT_LT(distance(times(times(s.u, diagonal(s.sigma)), transposed(s.v)), general()), round_off);
-  EXPECT_LT(distance(times(transposed(s.u), s.u), one(size)), round_off);
-  EXPECT_LT(distance(times(transposed(s.v), s.v), one(size)), round_off);
+  EXPECT_LT(distance(times(times(s.u, diagonal(s.sigma)), transposed(s.v)), general()), algebra_round_off);
+  EXPECT_LT(distance(times(transposed(s.u), s.u), one(size)), algebra_round_off);
+  EXPECT_LT(distance(times(transposed(s.v), s.v), one(size)), algebra_round_off);
   for (int i = 1; i < size; ++i) EXPECT_LE(s.sigma(i), s.sigma(i - 1));
-  EXPECT_NEAR(spectralNorm(toComplex(general())), s.sigma(0), round_off);
-  EXPECT_NEAR(spectralNorm(Complex(0.0, 2.0) * toComplex(general())), 2.0 * s.sigma(0), round_off);
+  EXPECT_NEAR(spectralNorm(toComplex(general())), s.sigma(0), algebra_round_off);
+  EXPECT_NEAR(spectralNorm(Complex(0.0, 2.0) * toComplex(general())), 2.0 * s.sigma(0), algebra_round_off);
   EXPECT_EQ(spectralNorm(MatrixXcd()), 0.0);
 }
 
 TEST(LinearAlgebra, LinearSystemsAreSolved) {
   const MatrixXd a = general();
   const VectorXd b = rightSide();
-  EXPECT_LT(distance(times(a, solveLu(a, b)), MatrixXd(b)), round_off);
-  EXPECT_LT(distance(times(a, solveFullPivoting(a, b)), MatrixXd(b)), round_off);
-  EXPECT_LT(distance(times(a, solveFullPivotingColumns(a, positive())), positive()), round_off);
-  EXPECT_LT(distance(times(a, inverse(a)), one(size)), round_off);
+  EXPECT_LT(distance(times(a, solveLu(a, b)), MatrixXd(b)), algebra_round_off);
+  EXPECT_LT(distance(times(a, solveFullPivoting(a, b)), MatrixXd(b)), algebra_round_off);
+  EXPECT_LT(distance(times(a, solveFullPivotingColumns(a, positive())), positive()), algebra_round_off);
+  EXPECT_LT(distance(times(a, inverse(a)), one(size)), algebra_round_off);
   const MatrixXcd c = complexGeneral();
   const VectorXcd d = b.cast<Complex>() * Complex(1.0, 0.5);
-  EXPECT_LT(distance(times(c, solveLu(c, d)), MatrixXcd(d)), round_off);
-  EXPECT_LT(distance(times(c, solveLuColumns(c, toComplex(a))), toComplex(a)), round_off);
+  EXPECT_LT(distance(times(c, solveLu(c, d)), MatrixXcd(d)), algebra_round_off);
+  EXPECT_LT(distance(times(c, solveLuColumns(c, toComplex(a))), toComplex(a)), algebra_round_off);
 }
 
 TEST(LinearAlgebra, SymmetricFactors) {
   const MatrixXd s = symmetric(), p = positive();
   const VectorXd b = rightSide();
-  EXPECT_LT(distance(times(s, Ldlt(s).solve(b)), MatrixXd(b)), round_off);
-  EXPECT_LT(distance(times(p, Ldlt(p).solveColumns(s)), s), round_off);
+  EXPECT_LT(distance(times(s, Ldlt(s).solve(b)), MatrixXd(b)), algebra_round_off);
+  EXPECT_LT(distance(times(p, Ldlt(p).solveColumns(s)), s), algebra_round_off);
   // the product of the pivots is the determinant, which no permutation of both sides changes
-  EXPECT_NEAR(Ldlt(p).pivots().prod() / symmetricEigen(p).values.prod(), 1.0, round_off);
+  EXPECT_NEAR(Ldlt(p).pivots().prod() / symmetricEigen(p).values.prod(), 1.0, algebra_round_off);
   const auto factor = choleskyFactor(p);
   ASSERT_TRUE(factor.has_value());
-  EXPECT_LT(distance(times(*factor, transposed(*factor)), p), round_off);
+  EXPECT_LT(distance(times(*factor, transposed(*factor)), p), algebra_round_off);
   for (int i = 0; i < size; ++i)
     for (int j = i + 1; j < size; ++j) EXPECT_EQ((*factor)(i, j), 0.0);
   EXPECT_FALSE(choleskyFactor(s).has_value()) << "indefinite";
@@ -122,7 +124,7 @@ TEST(LinearAlgebra, SymmetricFactors) {
   const HermitianLdlt hermitian(h);
   ASSERT_TRUE(hermitian.succeeded());
   const VectorXcd d = b.cast<Complex>() * Complex(1.0, 0.5);
-  EXPECT_LT(distance(times(h, hermitian.solve(d)), MatrixXcd(d)), round_off);
+  EXPECT_LT(distance(times(h, hermitian.solve(d)), MatrixXcd(d)), algebra_round_off);
   EXPECT_GT(hermitian.pivots().minCoeff(), 0.0);
 }
 
@@ -130,16 +132,16 @@ TEST(LinearAlgebra, WhatAMatrixLeavesFree) {
   const MatrixXd few = general().leftCols(3);
   const MatrixXd free = orthogonalComplement(few);
   ASSERT_EQ(free.cols(), size - 3);
-  EXPECT_LT(times(transposed(few), free).norm(), round_off);
-  EXPECT_LT(distance(times(transposed(free), free), one(size - 3)), round_off);
+  EXPECT_LT(times(transposed(few), free).norm(), algebra_round_off);
+  EXPECT_LT(distance(times(transposed(free), free), one(size - 3)), algebra_round_off);
   const MatrixXd wide = general().topRows(size - 1);
   const VectorXd zero = nullVector(wide);
   EXPECT_GT(zero.norm(), 0.1);
-  EXPECT_LT(times(wide, zero).norm(), round_off * zero.norm());
+  EXPECT_LT(times(wide, zero).norm(), algebra_round_off * zero.norm());
   // what least squares leaves stands on the columns
   const MatrixXd left = rightSide() - times(few, leastSquares(few, rightSide()));
   EXPECT_GT(left.norm(), 0.1);
-  EXPECT_LT(times(transposed(few), left).norm(), round_off);
+  EXPECT_LT(times(transposed(few), left).norm(), algebra_round_off);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 using namespace testing_support;
 
-constexpr double clearance = 0.2e-3;
+constexpr double machine_clearance = 0.2e-3;
 
 struct Rows {
   std::vector<double> signal[4], current[4], contact_a;
@@ -104,8 +104,9 @@ TEST(MachineLanes, LevitationEqualsTheEventStepper) {
   const Rows reference = byEvents(model, levitation());
   ASSERT_EQ(reference.touching, 0);
   // RK4 of 50 us: (w h)^5/120 a step at 2000 rad/s; asked for: 1e-6 of the clearance
-  EXPECT_LT(apart(reference, byLanes<double>({&model}, 0, levitation(), 5e-5)), 1e-6 * clearance);
-  EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 5e-5)), 1e-6 * clearance);
+  EXPECT_LT(apart(reference, byLanes<double>({&model}, 0, levitation(), 5e-5)), 1e-6 * machine_clearance);
+  EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 5e-5)),
+            1e-6 * machine_clearance);
 }
 
 TEST(MachineLanes, EffectsOfEveryPortEqualTheEventStepper) {
@@ -121,7 +122,8 @@ TEST(MachineLanes, EffectsOfEveryPortEqualTheEventStepper) {
     ASSERT_EQ(reference.touching, 0) << model.effects[0].id;
     // the fastest of the eddy-current lags is over within the first stage behind each command: order 1 there
     const double bound = model.effects[0].id == "eddy_current_lag" ? 2e-6 : 1e-6;
-    EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 2.5e-5)), bound * clearance)
+    EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 2.5e-5)),
+              bound * machine_clearance)
         << model.effects[0].id;
   }
 }
@@ -147,8 +149,10 @@ TEST(MachineLanes, ControllersFiltersAndCoilsEqualTheEventStepper) {
   ASSERT_EQ(reference.touching, 0);
   ASSERT_GT(largest(reference.current[0]), 0.1);
   // RK4 of 10 us of a filter and an amplifier of 2e4 rad/s: (w h)^5/120 = 3e-6 of what changes in a step
-  EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 1e-5)), 1e-5 * clearance);
-  EXPECT_GT(apart(reference, byEvents(heavy(), levitation())), 1e-3 * clearance) << "it is another machine";
+  EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&model}, 0, levitation(), 1e-5)),
+            1e-5 * machine_clearance);
+  EXPECT_GT(apart(reference, byEvents(heavy(), levitation())), 1e-3 * machine_clearance)
+      << "it is another machine";
 }
 
 TEST(MachineLanes, LanesOfDifferentOptionsAreRefused) {
@@ -167,7 +171,8 @@ TEST(MachineLanes, EachLaneIsItsOwnMachine) {
   b.rig.unbalance[0].phase_rad = -1.0;
   for (std::size_t lane = 0; lane < 2; ++lane) {
     const Rows reference = byEvents(lane == 0 ? a : b, levitation());
-    EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&a, &b}, lane, levitation(), 5e-5)), 1e-6 * clearance);
+    EXPECT_LT(apart(reference, byLanes<BaselineLanes>({&a, &b}, lane, levitation(), 5e-5)),
+              1e-6 * machine_clearance);
   }
 }
 
@@ -185,7 +190,7 @@ TEST(MachineLanes, ShortRubEqualsTheEventStepper) {
   const Rows reference = byEvents(model, scenario);
   ASSERT_GT(reference.touching, 2);
   const Rows lanes = byLanes<BaselineLanes>({&model}, 0, scenario, 2e-6);
-  EXPECT_LT(apart(reference, lanes), 1e-3 * clearance);
+  EXPECT_LT(apart(reference, lanes), 1e-3 * machine_clearance);
   EXPECT_NEAR(lanes.touching, reference.touching, 1);
   // halving the step twice must at least halve the difference: order 1 or better through contact
   const Rows finer = byLanes<BaselineLanes>({&model}, 0, scenario, 0.5e-6);

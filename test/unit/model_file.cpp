@@ -13,7 +13,7 @@ namespace {
 
 using namespace model_test;
 
-std::vector<Fault> faultsOfText(const std::string& text) {
+std::vector<Fault> faultsOfModel(const std::string& text) {
   return faultsOf([&] { parseModel(text, "model.yaml", smallCatalogue()); });
 }
 
@@ -53,7 +53,7 @@ class ModelRule : public testing::TestWithParam<BrokenRule> {};
 TEST_P(ModelRule, isNamedWithKeyAndLine) {
   const BrokenRule& broken = GetParam();
   const std::string text = replaced(validText(), broken.from, broken.to);
-  const auto faults = faultsOfText(text);
+  const auto faults = faultsOfModel(text);
   ASSERT_EQ(faults.size(), 1u) << joined(faults);
   EXPECT_EQ(faults[0].key, broken.key);
   EXPECT_EQ(faults[0].file, "model.yaml");
@@ -173,7 +173,7 @@ TEST(ModelFile, tellsAllFaultsAtOnceInTheOrderOfTheirLines) {
   text = replaced(text, "kp_A_per_m: 13850.0", "kp_A_per_m: \"13850\"");
   text = replaced(text, "mount: rigid", "mount: soft");
   text = replaced(text, "a_1x_m: 1.0e-6", "a_1x_m: -1");
-  const auto faults = faultsOfText(text);
+  const auto faults = faultsOfModel(text);
   const std::vector<std::string> keys = {"rig.rotor.mass_kg",           "rig.planes.sensor.c",
                                          "rig.planes.sensor.b",         "rig.controller.kp_A_per_m",
                                          "rig.auxiliary_bearing.mount", "effects.sensor_runout.a_1x_m"};
@@ -197,7 +197,7 @@ TEST(ModelFile, equivalentBearingHasNoControllerAndNoCoil) {
   EXPECT_EQ(model.amb_model, AmbModel::equivalent);
   EXPECT_EQ(model.rig.amb.stiffness_N_per_m, 5.9561e5);
   EXPECT_EQ(model.rig.controller.sample_rate_hz, 0.0);
-  const auto faults = faultsOfText(replaced(
+  const auto faults = faultsOfModel(replaced(
       replaced(equivalentText(), "damping_N_s_per_m: 50.0", "damping_N_s_per_m: -50.0, bias_current_A: 1"),
       "  gravity", "  controller: {type: pid}\n  gravity"));
   EXPECT_EQ(faults.size(), 3u) << joined(faults);
@@ -208,7 +208,7 @@ TEST(ModelFile, equivalentBearingHasNoControllerAndNoCoil) {
 
 TEST(ModelFile, clearanceHasNoUpperLimitWithoutAnAirGap) {
   const std::string text = replaced(equivalentText(), "clearance_m: 0.3e-3", "clearance_m: 1.0");
-  EXPECT_TRUE(faultsOfText(text).empty());
+  EXPECT_TRUE(faultsOfModel(text).empty());
 }
 
 TEST(ModelFile, roundTripGivesTheSameBits) {

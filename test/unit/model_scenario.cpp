@@ -9,7 +9,7 @@ using namespace model_test;
 
 std::string scenarioFile() { return dataFolder() + "/model_scenario/scenario.yaml"; }
 
-std::vector<Fault> faultsOfText(const std::string& text) {
+std::vector<Fault> faultsOfScenario(const std::string& text) {
   return faultsOf([&] { parseScenario(text, "scenario.yaml"); });
 }
 
@@ -71,7 +71,7 @@ class ScenarioRule : public testing::TestWithParam<ScenarioChange> {};
 
 TEST_P(ScenarioRule, isNamedWithKeyAndLine) {
   const std::string text = replaced(readTextFile(scenarioFile()), GetParam().from, GetParam().to);
-  const auto faults = faultsOfText(text);
+  const auto faults = faultsOfScenario(text);
   ASSERT_EQ(faults.size(), 1u) << joined(faults);
   EXPECT_EQ(faults[0].key, GetParam().key);
   // A missing key is reported at the map that lacks it, here in the same line.
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(
                        "start.displacement.3"}));
 
 TEST(ModelScenario, tellsAllFaultsAtOnce) {
-  const auto faults = faultsOfText(
+  const auto faults = faultsOfScenario(
       "format: amb-scenario/1\nname: s\nduration_s: -1\nspeed: {type: constant}\nexcitations: {}\n"
       "faults: [{type: amb_off}]\nstart: now\nextra: 1\n");
   for (const char* key :

@@ -4,33 +4,33 @@
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "amb_rotor/rotor/rotor_modes.hpp"
 
 namespace amb_rotor {
 namespace {
 
-const double kPi = std::acos(-1.0);
 // Closed form against sums over some 20 elements: round-off of about 1e-15 times the conditioning of m z^2.
-constexpr double kRoundOff = 1e-11;
+constexpr double flexible_round_off = 1e-11;
 
-Material steel() { return {7850.0, 206e9, 0.3}; }
+Material shaftSteel() { return {7850.0, 206e9, 0.3}; }
 
 RotorGeometry cylinderGeometry(double length, double diameter, int elements) {
   RotorGeometry geometry;
   geometry.max_element_length = length / elements;
-  geometry.sections.push_back({length, diameter, diameter, 0.0, 0.0, steel(), 0.0});
+  geometry.sections.push_back({length, diameter, diameter, 0.0, 0.0, shaftSteel(), 0.0});
   return geometry;
 }
 
 TEST(RotorFlexible, InertiaOfACylinder) {
   const FlexibleRotor rotor(cylinderGeometry(0.3, 0.04, 20));
-  const double mass = 7850.0 * kPi / 4.0 * 0.0016 * 0.3;
-  EXPECT_NEAR(rotor.inertia().mass, mass, kRoundOff * mass);
-  EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, 0.15, kRoundOff);
-  EXPECT_NEAR(rotor.inertia().polar, 0.5 * mass * 0.0004, kRoundOff);
-  EXPECT_NEAR(rotor.inertia().transverse, mass * (3.0 * 0.0004 + 0.09) / 12.0, kRoundOff);
-  EXPECT_NEAR(rotor.left(), -0.15, kRoundOff);
+  const double mass = 7850.0 * pi / 4.0 * 0.0016 * 0.3;
+  EXPECT_NEAR(rotor.inertia().mass, mass, flexible_round_off * mass);
+  EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, 0.15, flexible_round_off);
+  EXPECT_NEAR(rotor.inertia().polar, 0.5 * mass * 0.0004, flexible_round_off);
+  EXPECT_NEAR(rotor.inertia().transverse, mass * (3.0 * 0.0004 + 0.09) / 12.0, flexible_round_off);
+  EXPECT_NEAR(rotor.left(), -0.15, flexible_round_off);
   EXPECT_EQ(rotor.freedoms(), 42);
 }
 
@@ -41,14 +41,14 @@ TEST(RotorFlexible, InertiaOfAFrustum) {
   const FlexibleRotor rotor(geometry);
   const double big = 0.02;
   const double small = 0.01;
-  const double mass = 7850.0 * kPi * 0.1 / 3.0 * (big * big + big * small + small * small);
+  const double mass = 7850.0 * pi * 0.1 / 3.0 * (big * big + big * small + small * small);
   const double cubes = std::pow(big, 3) - std::pow(small, 3);
   const double polar = 0.3 * mass * (std::pow(big, 5) - std::pow(small, 5)) / cubes;
   const double centre = 0.1 / 4.0 * (big * big + 2.0 * big * small + 3.0 * small * small) /
                         (big * big + big * small + small * small);
-  EXPECT_NEAR(rotor.inertia().mass, mass, kRoundOff * mass);
-  EXPECT_NEAR(rotor.inertia().polar, polar, kRoundOff * polar);
-  EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, centre, kRoundOff);
+  EXPECT_NEAR(rotor.inertia().mass, mass, flexible_round_off * mass);
+  EXPECT_NEAR(rotor.inertia().polar, polar, flexible_round_off * polar);
+  EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, centre, flexible_round_off);
 }
 
 TEST(RotorFlexible, DiscsAndRingsShiftTheCentreOfGravity) {
@@ -56,18 +56,19 @@ TEST(RotorFlexible, DiscsAndRingsShiftTheCentreOfGravity) {
   geometry.discs.push_back({0.0731, 1.5, 0.002, 0.0012});
   geometry.rings.push_back({0.2, 0.25, 0.04, 0.06, {7650.0, 0.0, 0.3}});
   const FlexibleRotor rotor(geometry);
-  const double shaft = 7850.0 * kPi / 4.0 * 0.0016 * 0.3;
-  const double ring = 7650.0 * kPi / 4.0 * (0.0036 - 0.0016) * 0.05;
+  const double shaft = 7850.0 * pi / 4.0 * 0.0016 * 0.3;
+  const double ring = 7650.0 * pi / 4.0 * (0.0036 - 0.0016) * 0.05;
   const double mass = shaft + ring + 1.5;
   const double centre = (shaft * 0.15 + ring * 0.225 + 1.5 * 0.0731) / mass;
   const double ring_squares = 0.0009 + 0.0004;  // R^2 + r^2
   const double transverse = shaft * (3.0 * 0.0004 + 0.09) / 12.0 + shaft * std::pow(0.15 - centre, 2) +
                             ring * (3.0 * ring_squares + 0.0025) / 12.0 + ring * std::pow(0.225 - centre, 2) +
                             0.0012 + 1.5 * std::pow(0.0731 - centre, 2);
-  EXPECT_NEAR(rotor.inertia().mass, mass, kRoundOff * mass);
-  EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, centre, kRoundOff);
-  EXPECT_NEAR(rotor.inertia().transverse, transverse, kRoundOff);
-  EXPECT_NEAR(rotor.inertia().polar, 0.5 * shaft * 0.0004 + 0.5 * ring * ring_squares + 0.002, kRoundOff);
+  EXPECT_NEAR(rotor.inertia().mass, mass, flexible_round_off * mass);
+  EXPECT_NEAR(rotor.inertia().centre_of_gravity_from_left, centre, flexible_round_off);
+  EXPECT_NEAR(rotor.inertia().transverse, transverse, flexible_round_off);
+  EXPECT_NEAR(rotor.inertia().polar, 0.5 * shaft * 0.0004 + 0.5 * ring * ring_squares + 0.002,
+              flexible_round_off);
 }
 
 TEST(RotorFlexible, ForceBetweenNodesKeepsResultantAndMoment) {
@@ -75,10 +76,10 @@ TEST(RotorFlexible, ForceBetweenNodesKeepsResultantAndMoment) {
   const Eigen::MatrixXd rigid = rotor.rigidModes();
   for (double z : {rotor.left(), -0.1234, -0.001, 0.02, 0.0777, rotor.right()}) {
     const Eigen::VectorXd shape = rotor.grid().displacementShape(z);
-    EXPECT_NEAR(shape.dot(rigid.col(0)) * std::sqrt(rotor.inertia().mass), 1.0, kRoundOff);
-    EXPECT_NEAR(shape.dot(rigid.col(1)) * std::sqrt(rotor.inertia().transverse), z, kRoundOff);
+    EXPECT_NEAR(shape.dot(rigid.col(0)) * std::sqrt(rotor.inertia().mass), 1.0, flexible_round_off);
+    EXPECT_NEAR(shape.dot(rigid.col(1)) * std::sqrt(rotor.inertia().transverse), z, flexible_round_off);
     EXPECT_NEAR(rotor.grid().rotationShape(z).dot(rigid.col(1)) * std::sqrt(rotor.inertia().transverse), 1.0,
-                kRoundOff);
+                flexible_round_off);
   }
   EXPECT_THROW(rotor.grid().displacementShape(0.151), InputError);
   EXPECT_THROW(rotor.grid().displacementShape(std::nan("")), InputError);
@@ -97,7 +98,7 @@ TEST(RotorFlexible, ForceBetweenNodesBendsAsTheBeamOnTwoSupports) {
   const Eigen::MatrixXd stiffness = rotor.stiffnessWith({{rotor.left(), k}, {rotor.right(), k}});
   const Eigen::VectorXd force = rotor.grid().displacementShape(u + rotor.left());
   const double found = rotor.grid().displacementShape(x + rotor.left()).dot(Ldlt(stiffness).solve(force));
-  const double bending = 206e9 * kPi / 64.0 * std::pow(0.02, 4);
+  const double bending = 206e9 * pi / 64.0 * std::pow(0.02, 4);
   const double b = length - u;
   const double beam = b * x * (length * length - b * b - x * x) / (6.0 * length * bending);
   const double support = (b / length * (1.0 - x / length) + u / length * x / length) / k;

@@ -11,7 +11,7 @@ namespace amb_rotor {
 namespace {
 
 // Closed forms of two-mode rotors: a four by four eigenvalue problem, round-off only.
-constexpr double kRoundOff = 1e-9;
+constexpr double modes_round_off = 1e-9;
 
 /// A shaft with a thin ring (Ip = 2 It) at its middle; rigid.
 ReducedRotor ringRotor() {
@@ -39,7 +39,7 @@ TEST(RotorModes, SpinningRingSplitsTheConicalModeOnly) {
   for (const RotorMode& mode : modes.oscillating) found.push_back(mode.damped_frequency);
   std::vector<double> expected = {forward, backward, cylindrical, cylindrical};
   std::sort(expected.begin(), expected.end());
-  for (int i = 0; i < 4; ++i) EXPECT_NEAR(found[i], expected[i], kRoundOff * expected[i]);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(found[i], expected[i], modes_round_off * expected[i]);
   for (const RotorMode& mode : modes.oscillating) {
     if (std::abs(mode.damped_frequency - forward) < 1.0) {
       EXPECT_EQ(mode.whirl, Whirl::forward);
@@ -71,8 +71,8 @@ TEST(RotorModes, DampedCylindricalModeHasItsRatio) {
   const double natural = std::sqrt(2.0 * k / rotor.inertia.mass);
   const double ratio = d / (rotor.inertia.mass * natural);  // 2 d/(2 m w)
   const RotorMode& mode = modes.oscillating.front();
-  EXPECT_NEAR(mode.natural_frequency, natural, kRoundOff * natural);
-  EXPECT_NEAR(mode.damping_ratio, ratio, kRoundOff);
+  EXPECT_NEAR(mode.natural_frequency, natural, modes_round_off * natural);
+  EXPECT_NEAR(mode.damping_ratio, ratio, modes_round_off);
   EXPECT_EQ(mode.whirl, Whirl::planar);
 }
 
@@ -123,7 +123,7 @@ TEST(RotorModes, CriticalSpeedsAreWhereTheCampbellLinesMeetTheSpin) {
       if (mode.whirl != critical.whirl) continue;
       nearest = std::min(nearest, std::abs(mode.damped_frequency - critical.speed));
     }
-    EXPECT_LT(nearest, kRoundOff * critical.speed);
+    EXPECT_LT(nearest, modes_round_off * critical.speed);
   }
   EXPECT_THROW(criticalSpeeds(rotor, {isotropicSupport(0.0, 4e5)}), InputError);
 }

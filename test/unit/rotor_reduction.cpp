@@ -5,13 +5,12 @@
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/rotor/reduction.hpp"
 #include "amb_rotor/rotor/rotor_modes.hpp"
 
 namespace amb_rotor {
 namespace {
-
-const double kPi = std::acos(-1.0);
 
 FlexibleRotor steppedRotor() {
   const Material steel{7850.0, 206e9, 0.3};
@@ -93,7 +92,7 @@ TEST(RotorReduction, AllModesIsTheFullRotor) {
 TEST(RotorReduction, ModalTransferFunctionAgreesBelowHalfTheHighestMode) {
   const FlexibleRotor rotor = steppedRotor();
   const ReducedRotor full = allModes(rotor);
-  const double band = 2.0 * kPi * 2000.0;
+  const double band = 2.0 * pi * 2000.0;
   // Modes left out act as springs; the sum of their compliances falls with 1/w^2 of the first one left out.
   // With 10 modes it is some per cent of the smallest receptance in the band.
   const double ten = receptanceError(reduceModal(rotor, 10), full, band);
@@ -106,7 +105,7 @@ TEST(RotorReduction, ModalTransferFunctionAgreesBelowHalfTheHighestMode) {
 TEST(RotorReduction, CraigBamptonBeatsModalAtItsPlanes) {
   const FlexibleRotor rotor = steppedRotor();
   const ReducedRotor full = allModes(rotor);
-  const double band = 2.0 * kPi * 2000.0;
+  const double band = 2.0 * pi * 2000.0;
   const ReducedRotor kept = reduceCraigBampton(rotor, {-0.0963, 0.0937, 0.12}, 7);
   const double error = receptanceError(kept, full, band);
   // The static part is exact, so what is left falls with w^4 of the modes left out.

@@ -4,41 +4,41 @@
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/rotor/shaft_element.hpp"
 
 namespace amb_rotor {
 namespace {
 
-const double kPi = std::acos(-1.0);
 // Closed form against sums of a few dozen terms: round-off only.
-constexpr double kRoundOff = 1e-12;
+constexpr double element_round_off = 1e-12;
 
-Material steel() { return {7850.0, 206e9, 0.3}; }
+Material elementSteel() { return {7850.0, 206e9, 0.3}; }
 
 TEST(RotorShaftElement, EulerBernoulliIsTheThesisElement) {
   const double l = 0.04;
   const double d = 0.03;
-  ShaftElement element = cylinder(l, d, 0.0, steel(), BeamTheory::euler_bernoulli);
+  ShaftElement element = cylinder(l, d, 0.0, elementSteel(), BeamTheory::euler_bernoulli);
   element.rotary_inertia = false;
   const ElementMatrices matrices = elementMatrices(element);
   Eigen::Matrix4d mass;  // 3.13
   mass << 156, 22 * l, 54, -13 * l, 22 * l, 4 * l * l, 13 * l, -3 * l * l, 54, 13 * l, 156, -22 * l, -13 * l,
       -3 * l * l, -22 * l, 4 * l * l;
-  mass *= 7850.0 * kPi * d * d / 4.0 * l / 420.0;
+  mass *= 7850.0 * pi * d * d / 4.0 * l / 420.0;
   Eigen::Matrix4d stiffness;  // 3.14
   stiffness << 12, 6 * l, -12, 6 * l, 6 * l, 4 * l * l, -6 * l, 2 * l * l, -12, -6 * l, 12, -6 * l, 6 * l,
       2 * l * l, -6 * l, 4 * l * l;
-  stiffness *= 206e9 * kPi * std::pow(d, 4) / 64.0 / std::pow(l, 3);
-  EXPECT_LT((matrices.mass - mass).norm(), kRoundOff * mass.norm());
-  EXPECT_LT((matrices.stiffness - stiffness).norm(), kRoundOff * stiffness.norm());
+  stiffness *= 206e9 * pi * std::pow(d, 4) / 64.0 / std::pow(l, 3);
+  EXPECT_LT((matrices.mass - mass).norm(), element_round_off * mass.norm());
+  EXPECT_LT((matrices.stiffness - stiffness).norm(), element_round_off * stiffness.norm());
 }
 
 TEST(RotorShaftElement, TimoshenkoStiffnessIsPrzemienieckis) {
   const double l = 0.05;
   const double d = 0.06;
-  const ElementMatrices matrices = elementMatrices(cylinder(l, d, 0.02, steel()));
-  const double area = kPi / 4.0 * (d * d - 0.02 * 0.02);
-  const double moment = kPi / 64.0 * (std::pow(d, 4) - std::pow(0.02, 4));
+  const ElementMatrices matrices = elementMatrices(cylinder(l, d, 0.02, elementSteel()));
+  const double area = pi / 4.0 * (d * d - 0.02 * 0.02);
+  const double moment = pi / 64.0 * (std::pow(d, 4) - std::pow(0.02, 4));
   const double shear_modulus = 206e9 / 2.6;
   const double phi =
       12.0 * 206e9 * moment / (hutchinsonShearFactor(1.0 / 3.0, 0.3) * shear_modulus * area * l * l);
@@ -46,31 +46,31 @@ TEST(RotorShaftElement, TimoshenkoStiffnessIsPrzemienieckis) {
   stiffness << 12, 6 * l, -12, 6 * l, 6 * l, (4 + phi) * l * l, -6 * l, (2 - phi) * l * l, -12, -6 * l, 12,
       -6 * l, 6 * l, (2 - phi) * l * l, -6 * l, (4 + phi) * l * l;
   stiffness *= 206e9 * moment / (std::pow(l, 3) * (1.0 + phi));
-  EXPECT_NEAR(matrices.shear_parameter, phi, kRoundOff * phi);
-  EXPECT_LT((matrices.stiffness - stiffness).norm(), kRoundOff * stiffness.norm());
+  EXPECT_NEAR(matrices.shear_parameter, phi, element_round_off * phi);
+  EXPECT_LT((matrices.stiffness - stiffness).norm(), element_round_off * stiffness.norm());
 }
 
 TEST(RotorShaftElement, ShearFactors) {
   // Hutchinson 2001, equation 49: 6 (1+nu)^2 / (7 + 12 nu + 4 nu^2) for the solid circle.
-  EXPECT_NEAR(hutchinsonShearFactor(0.0, 0.3), 6.0 * 1.69 / (7.0 + 3.6 + 0.36), kRoundOff);
+  EXPECT_NEAR(hutchinsonShearFactor(0.0, 0.3), 6.0 * 1.69 / (7.0 + 3.6 + 0.36), element_round_off);
   // Thin tube: (1+nu)/(2+nu), his limit; the ring of 0.999 is within the square of its wall ratio.
   EXPECT_NEAR(hutchinsonShearFactor(0.999, 0.3), 1.3 / 2.3, 1e-5);
-  EXPECT_NEAR(cowperShearFactor(0.2992610837438423), 0.8863063567628116, kRoundOff);
+  EXPECT_NEAR(cowperShearFactor(0.2992610837438423), 0.8863063567628116, element_round_off);
 }
 
 TEST(RotorShaftElement, RigidMotionsStrainNothingAndCarryTheMass) {
-  ShaftElement element = cylinder(0.05, 0.04, 0.01, steel());
+  ShaftElement element = cylinder(0.05, 0.04, 0.01, elementSteel());
   element.layers[0].outer_diameter_right = 0.06;
   element.layers.push_back({0.07, 0.07, 0.061, 0.061, {7650.0, 0.0, 0.3}, 0.0});
   const ElementMatrices matrices = elementMatrices(element);
   const Eigen::Vector4d shift(1.0, 0.0, 1.0, 0.0);
   const Eigen::Vector4d tilt(0.0, 1.0, 0.05, 1.0);
-  EXPECT_LT((matrices.stiffness * shift).norm(), kRoundOff * matrices.stiffness.norm());
-  EXPECT_LT((matrices.stiffness * tilt).norm(), kRoundOff * matrices.stiffness.norm());
-  const double cone = kPi * 0.05 / 12.0 * (0.0016 + 0.0024 + 0.0036) - kPi / 4.0 * 0.0001 * 0.05;
-  const double ring = kPi / 4.0 * (0.0049 - 0.061 * 0.061) * 0.05;
+  EXPECT_LT((matrices.stiffness * shift).norm(), element_round_off * matrices.stiffness.norm());
+  EXPECT_LT((matrices.stiffness * tilt).norm(), element_round_off * matrices.stiffness.norm());
+  const double cone = pi * 0.05 / 12.0 * (0.0016 + 0.0024 + 0.0036) - pi / 4.0 * 0.0001 * 0.05;
+  const double ring = pi / 4.0 * (0.0049 - 0.061 * 0.061) * 0.05;
   const double mass = 7850.0 * cone + 7650.0 * ring;
-  EXPECT_NEAR(shift.dot(matrices.mass * shift), mass, kRoundOff * mass);
+  EXPECT_NEAR(shift.dot(matrices.mass * shift), mass, element_round_off * mass);
 }
 
 TEST(RotorShaftElement, ConeBendsAsTheClosedForm) {
@@ -81,7 +81,7 @@ TEST(RotorShaftElement, ConeBendsAsTheClosedForm) {
   const auto tipDeflection = [&](int count) {
     Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(2 * count + 2, 2 * count + 2);
     for (int i = 0; i < count; ++i) {
-      ShaftElement element = cylinder(length / count, root, 0.0, steel(), BeamTheory::euler_bernoulli);
+      ShaftElement element = cylinder(length / count, root, 0.0, elementSteel(), BeamTheory::euler_bernoulli);
       element.layers[0].outer_diameter_left = root + (tip - root) * i / count;
       element.layers[0].outer_diameter_right = root + (tip - root) * (i + 1) / count;
       stiffness.block<4, 4>(2 * i, 2 * i) += elementMatrices(element).stiffness;
@@ -91,7 +91,7 @@ TEST(RotorShaftElement, ConeBendsAsTheClosedForm) {
     const Eigen::MatrixXd held = stiffness.bottomRightCorner(2 * count, 2 * count);
     return inverse(held)(2 * count - 2, 2 * count - 2);
   };
-  const double exact = 64.0 * std::pow(length, 3) / (3.0 * kPi * 206e9 * tip * std::pow(root, 3));
+  const double exact = 64.0 * std::pow(length, 3) / (3.0 * pi * 206e9 * tip * std::pow(root, 3));
   const double coarse = std::abs(tipDeflection(8) / exact - 1.0);
   const double fine = std::abs(tipDeflection(32) / exact - 1.0);
   // Energy error of a cubic is of order h^2 (curvature linear) squared: h^4, but the cone's own change a
@@ -105,7 +105,7 @@ TEST(RotorShaftElement, TimoshenkoConeConverges) {
   const auto tipDeflection = [](int count) {
     Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(2 * count + 2, 2 * count + 2);
     for (int i = 0; i < count; ++i) {
-      ShaftElement element = cylinder(0.2 / count, 0.08, 0.0, steel());
+      ShaftElement element = cylinder(0.2 / count, 0.08, 0.0, elementSteel());
       element.layers[0].outer_diameter_left = 0.08 - 0.04 * i / count;
       element.layers[0].outer_diameter_right = 0.08 - 0.04 * (i + 1) / count;
       stiffness.block<4, 4>(2 * i, 2 * i) += elementMatrices(element).stiffness;
@@ -113,8 +113,8 @@ TEST(RotorShaftElement, TimoshenkoConeConverges) {
     return inverse(stiffness.bottomRightCorner(2 * count, 2 * count))(2 * count - 2, 2 * count - 2);
   };
   // Bending as above plus shear F L / (k G A) integrated: 4 F L / (pi k G d_tip d_root).
-  const double shear = 4.0 * 0.2 / (kPi * hutchinsonShearFactor(0.0, 0.3) * 206e9 / 2.6 * 0.04 * 0.08);
-  const double exact = 64.0 * 0.008 / (3.0 * kPi * 206e9 * 0.04 * std::pow(0.08, 3)) + shear;
+  const double shear = 4.0 * 0.2 / (pi * hutchinsonShearFactor(0.0, 0.3) * 206e9 / 2.6 * 0.04 * 0.08);
+  const double exact = 64.0 * 0.008 / (3.0 * pi * 206e9 * 0.04 * std::pow(0.08, 3)) + shear;
   const double coarse = std::abs(tipDeflection(8) / exact - 1.0);
   const double fine = std::abs(tipDeflection(16) / exact - 1.0);
   // The square of the diameter's change over an element, up to 6 %.

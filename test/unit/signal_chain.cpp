@@ -46,7 +46,7 @@ TEST(AntiAliasFilter, StepsAsItsClosedForm) {
 }
 
 /// Complex displacement of the centre under a sine of 1 N at it.
-Complex shaken(const Model& model, double frequency_hz) {
+Complex chainResponse(const Model& model, double frequency_hz) {
   Scenario scenario = constantSpeed(0.0, 0.6);
   Excitation force;
   force.waveform = Waveform::sine;
@@ -68,7 +68,7 @@ TEST(AntiAliasFilter, TheLoopHasTheResponseOfItsChain) {
     for (const double f : {40.0, 200.0}) {
       const double w = two_pi * f;
       const EquivalentBearing b = equivalentBearings(machine, 0.0, {f})[0][0];
-      const Complex stiffness = Complex(0.0, -1.0) / shaken(model, f);
+      const Complex stiffness = Complex(0.0, -1.0) / chainResponse(model, f);
       const Complex expected(2.0 * b.stiffness_N_per_m - 3.36 * w * w, 2.0 * w * b.damping_N_s_per_m);
       // as without a filter (bearing_equivalent_stiffness.cpp): images of the hold
       EXPECT_LT(std::abs(stiffness - expected), 2e-4 * std::abs(expected)) << f << " Hz, order " << filter_order;

@@ -18,7 +18,8 @@ std::set<std::string> added(const Diagnosis& d) {
   return names;
 }
 
-/// A set with two effects, each as strong as the other.
+/// A set with two effects, each as strong as the other. What a test calls typical of its forces is near the size of the
+/// strength asked for, so that the generator need not look for it.
 struct TwoEffects {
   std::filesystem::path folder;
   MadeDataset made;
@@ -28,6 +29,11 @@ struct TwoEffects {
                ("amb_rotor_pair_" + one + std::to_string(::getpid()))) {
     made = makeDataset({71, {one, other}, strength, false, folder.string()});
     dataset = readDataset(folder.string());
+    // the forces act in every run alike: a few show them
+    const std::set<std::string> few = {"chirp_1", "steady_1", "steady_2", "chirp_4", "steady_4"};
+    auto& runs = dataset.runs;
+    runs.erase(std::remove_if(runs.begin(), runs.end(), [&](const Run& run) { return few.count(run.id) == 0; }),
+               runs.end());
   }
   ~TwoEffects() {
     std::error_code ignored;
@@ -41,11 +47,11 @@ constexpr double adopted_error = 1.15;
 TEST(DiagnosisPairsTest, TwoThatNeitherAloneHelpsAreFoundTogether) {
   // a = s/4 + t, b = s/4 - t of two forces s and t of one size: together they are s/2, of which either takes
   // (1/8)^2 / ((1/4) (17/16)) = 6 %, less than what an effect must earn
-  ownForce("pair_plus", 1.0, "c * (0.25 * sin(195 * time) + sin(295 * time))", "0");
-  ownForce("pair_minus", 1.0, "c * (0.25 * sin(195 * time) - sin(295 * time))", "0");
+  ownForce("pair_plus", 7.4, "c * (0.25 * sin(195 * time) + sin(295 * time))", "0");
+  ownForce("pair_minus", 7.4, "c * (0.25 * sin(195 * time) - sin(295 * time))", "0");
   const TwoEffects set("pair_plus", "pair_minus", 12.0);
   DiagnosisOptions options;
-  options.candidates = {"static_load", "pair_plus", "pair_minus", "stiffness_anisotropy"};
+  options.candidates = {"pair_plus", "pair_minus", "stiffness_anisotropy"};
   const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
   ASSERT_GT(found.baseline.validation_error, 2.0) << "there is something to find";
   for (const auto& c : found.ranking)  // what is left of all but a tenth of the squares
@@ -67,8 +73,8 @@ TEST(DiagnosisPairsTest, AStepThatTheLaterOnesMakeNeedlessIsTakenBack) {
   // what is there: s + t. One candidate is nearly that, with a third force of its own: it comes first with 96
   // % of the squares, and neither s nor t alone helps beside it; together they explain all, and it is
   // needless.
-  ownForce("part_first", 1.0, "c * sin(195 * time)", "0");
-  ownForce("part_second", 1.0, "c * sin(295 * time)", "0");
+  ownForce("part_first", 5.7, "c * sin(195 * time)", "0");
+  ownForce("part_second", 5.0, "c * sin(295 * time)", "0");
   ownForce("nearly_both", 1.0, "c * (sin(195 * time) + sin(295 * time) + 0.3 * sin(425 * time))", "0");
   const TwoEffects set("part_first", "part_second", 8.0);
   DiagnosisOptions options;

@@ -24,7 +24,7 @@ constexpr double score_block_s = 0.05;
 /// Both sides use the same predictions and 1e5 rows: round-off of the sums, 1e-11 at most. A term of the
 /// elimination with the wrong sign changes what it explains by twice itself, and each test requires that to
 /// be seen.
-constexpr double round_off = 1e-8, seen_share = 100.0 * round_off;
+constexpr double elimination_round_off = 1e-8, seen_share = 100.0 * elimination_round_off;
 
 /// The problem of one run, row by row: the displacement and current channels one after the other, then the
 /// priors.
@@ -115,15 +115,15 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
 
   const double before = rows.residual.squaredNorm(), chi2 = left.squaredNorm();
   EXPECT_GT(before - chi2, seen_share * before) << "the run's own unknowns explain something";
-  EXPECT_NEAR(found.chi2, chi2, round_off * before);
-  EXPECT_NEAR(found.squares, left.head(data).squaredNorm(), round_off * before);
+  EXPECT_NEAR(found.chi2, chi2, elimination_round_off * before);
+  EXPECT_NEAR(found.squares, left.head(data).squaredNorm(), elimination_round_off * before);
   EXPECT_NEAR(results[0].mean_square, left.head(data).squaredNorm() / static_cast<double>(data),
-              round_off * before / static_cast<double>(data));
+              elimination_round_off * before / static_cast<double>(data));
   for (std::size_t c = 0; c < rows.channels.size() && !with_angle; ++c)
     EXPECT_NEAR(results[0].channel_mean_square[rows.channels[c]],
                 left.segment(static_cast<long>(c) * rows.samples, rows.samples).squaredNorm() /
                     static_cast<double>(rows.samples),
-                round_off * before / static_cast<double>(rows.samples))
+                elimination_round_off * before / static_cast<double>(rows.samples))
         << rows.channels[c];
 
   const long length = static_cast<long>(score_block_s * rec.run.sample_rate_hz);
@@ -134,7 +134,7 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
   int seen = 0, curvature_moved = 0, slope_moved = 0;
   for (int i = 0; i < p; ++i) {
     const double length_i = rows.coordinates.col(i).norm();
-    EXPECT_NEAR(found.g[i], free.col(i).dot(left), round_off * length_i * std::sqrt(before))
+    EXPECT_NEAR(found.g[i], free.col(i).dot(left), elimination_round_off * length_i * std::sqrt(before))
         << space.coordinates()[i].name;
     if (length_i == 0.0) continue;
     ++seen;
@@ -145,7 +145,7 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
       ++slope_moved;
     for (int j = 0; j < p; ++j) {
       EXPECT_NEAR(found.h(i, j), free.col(i).dot(free.col(j)),
-                  round_off * length_i * rows.coordinates.col(j).norm())
+                  elimination_round_off * length_i * rows.coordinates.col(j).norm())
           << space.coordinates()[i].name << ", " << space.coordinates()[j].name;
       EXPECT_NEAR(found.scores(i, j), scores(i, j), 1e-6 * std::sqrt(scores(i, i) * scores(j, j)))
           << space.coordinates()[i].name << ", " << space.coordinates()[j].name;
@@ -166,7 +166,8 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
     }
     return all;
   }();
-  EXPECT_LT((rows.local.transpose() * (rows.residual - rows.local * kept)).norm(), round_off * solved.norm());
+  EXPECT_LT((rows.local.transpose() * (rows.residual - rows.local * kept)).norm(),
+            elimination_round_off * solved.norm());
 }
 
 TEST(FitElimination, TheOffsetsOfARun) {

@@ -14,10 +14,8 @@
 namespace amb_rotor {
 namespace {
 
-const MadeSet& clean() { return madeSet(21, "none", 0.0, false); }
-
 Recording spoilt(const std::string& id, const std::function<void(Recording&)>& spoil) {
-  Recording rec = clean().recordings.at(clean().indexOf(id));
+  Recording rec = cleanSet().recordings.at(cleanSet().indexOf(id));
   spoil(rec);
   return rec;
 }
@@ -31,10 +29,10 @@ void scaleColumn(Recording& rec, int channel, double factor) {
   for (long i = 0; i < rec.samples; ++i) rec.measured[i * predicted_channels + channel] *= factor;
 }
 
-std::vector<std::string> said(const Recording& rec) { return channelRemarks(rec, clean().dataset); }
+std::vector<std::string> said(const Recording& rec) { return channelRemarks(rec, cleanSet().dataset); }
 
 TEST(PlausibilityTest, NothingIsSaidOfGoodRecordings) {
-  for (const MadeSet* set : {&clean(), &madeSet(21, "none", 0.0, true)})
+  for (const MadeSet* set : {&cleanSet(), &madeSet(21, "none", 0.0, true)})
     for (const Recording& rec : set->recordings)
       EXPECT_TRUE(rec.remarks.empty()) << rec.run.id << ": " << rec.remarks.front();
 }
@@ -74,7 +72,7 @@ TEST(PlausibilityTest, AClockThatDriftsAgainstTheTachoIsFoundWithItsRate) {
     for (double& time : rec.pulses.time) time *= 1.0 + drift;
     rec.speed_rad_s /= 1.0 + drift;
   });
-  EXPECT_TRUE(clockRemarks(clean().recordings.at(clean().indexOf("steady_3"))).empty());
+  EXPECT_TRUE(clockRemarks(cleanSet().recordings.at(cleanSet().indexOf("steady_3"))).empty());
   const auto remarks = clockRemarks(rec);
   ASSERT_EQ(remarks.size(), 1u);
   // the shaft turns faster than that tacho says: by the drift, to the noise of some hundredths of a radian
@@ -84,8 +82,8 @@ TEST(PlausibilityTest, AClockThatDriftsAgainstTheTachoIsFoundWithItsRate) {
 
 TEST(PlausibilityTest, AComparisonGoesOnAndSaysSo) {
   // the same fault in the files: two columns have changed places
-  const std::filesystem::path folder = clean().dataset.folder + "_swapped";
-  std::filesystem::copy(clean().dataset.folder, folder, std::filesystem::copy_options::recursive);
+  const std::filesystem::path folder = cleanSet().dataset.folder + "_swapped";
+  std::filesystem::copy(cleanSet().dataset.folder, folder, std::filesystem::copy_options::recursive);
   std::string text = readTextFile((folder / "dataset.yaml").string());
   const auto replace = [&](const std::string& from, const std::string& to) {
     const std::size_t at = text.find(from);
@@ -99,7 +97,7 @@ TEST(PlausibilityTest, AComparisonGoesOnAndSaysSo) {
   CompareOptions options;
   options.refit = false;
   const Dataset dataset = readDataset(folder.string());
-  const Comparison out = compare(clean().truth(), dataset, options);
+  const Comparison out = compare(cleanSet().truth(), dataset, options);
   EXPECT_GT(out.errors.error, 3.0);
   EXPECT_TRUE(std::any_of(out.remarks.begin(), out.remarks.end(), [](const std::string& remark) {
     return remark.find("swapped") != std::string::npos;

@@ -41,6 +41,13 @@ def add_arguments(parser) -> None:
     parser.add_argument("--repetitions", type=int, default=3, metavar="N", help="of each; the median counts")
 
 
+def build_environment() -> dict[str, str]:
+    """Ours without the ROS that `amb` sets for running: what it sets while building (forget_other_workspaces)."""
+    return {name: value for name, value in os.environ.items()
+            if name == "ROS_LANG_DISABLE" or not (name.startswith(("ROS_", "CATKIN_", "AMENT_", "COLCON_"))
+                                                  or name in ("CMAKE_PREFIX_PATH", "PYTHONPATH"))}
+
+
 def _programs(args) -> pathlib.Path:
     if args.programs:
         return common.input_path(args.programs)
@@ -51,7 +58,8 @@ def _programs(args) -> pathlib.Path:
                          "give --programs")
     for command in (["cmake", "-S", root, "-B", build, "-DAMB_ROTOR_WITH_BENCH=ON"],
                     ["cmake", "--build", build, "--target", "amb_rotor_bench"]):
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              env=build_environment())
         if done.returncode:
             raise RuntimeError(done.stdout[-2000:])
     return build / "bench"

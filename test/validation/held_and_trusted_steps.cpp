@@ -1,0 +1,102 @@
+// What a step of a fit may do: coordinates that are held stay and the others go as if these did not exist;
+// through contact a step goes as far as its linear model is trusted.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../support/made_sets.hpp"
+#include "../support/own_effect.hpp"
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// The first instants of one recording of a set.
+std::vector<Recording> onlyBeginningOf(const MadeSet& set, const std::string& id, long samples) {
+  return {beginningOf(set.recordings.at(set.indexOf(id)), samples)};
+}
+
+TEST(FitTest, HeldCoordinatesStayAndTheOthersGoAsWithoutThem) {
+  const MadeSet& set = cleanSet();
+  const std::vector<Recording> recordings = onlyBeginningOf(set, "steady_2", 3000);
+  const Model& belief = set.dataset.belief;
+  const FitSpace whole(belief, {});
+  // two that the run tells, off from what is believed of them: data and prior pull
+  const std::vector<std::string> names = {"rotor.mass_kg", "amb.current_stiffness_N_per_A"};
+  Eigen::VectorXd start = whole.start();
+  FitOptions options;
+  options.held.assign(whole.size(), false);
+  int held = 0;
+  for (int k = 0; k < whole.size(); ++k)
+    for (const auto& name : names)
+      if (whole.coordinates()[k].name == name) {
+        options.held[k] = true;
+        start[k] += 0.7 * whole.coordinates()[k].prior_std;
+        ++held;
+      }
+  ASSERT_EQ(held, 2);
+  Model less = whole.model(start);
+  for (const auto& name : names) ASSERT_EQ(less.uncertainty.erase(name), 1u);
+  const FitSpace rest(less, {});
+  ASSERT_EQ(rest.size(), whole.size() - held);
+
+  const FitProblem problem(recordings, whole, set.offset_std_m), smaller(recordings, rest, set.offset_std_m);
+  std::vector<LocalState> local(1), local_of_rest(1);
+  const FitResult result = fit(problem, start, {0}, local, options);
+  const FitResult without = fit(smaller, rest.start(), {0}, local_of_rest, {});
+  ASSERT_TRUE(result.finite && without.finite);
+  EXPECT_EQ(result.iterations, without.iterations);
+  int other = 0, moved = 0;
+  for (int k = 0; k < whole.size(); ++k) {
+    if (options.held[k]) {
+      EXPECT_EQ(result.x[k], start[k]) << whole.coordinates()[k].name;
+      continue;
+    }
+    const Coordinate& c = rest.coordinates()[other];
+    ASSERT_EQ(whole.coordinates()[k].name, c.name);
+    // the same equations in another order of elimination: round-off
+    EXPECT_NEAR(result.x[k], without.x[other], 1e-6 * c.scale) << c.name;
+    if (std::fabs(result.x[k] - start[k]) > 0.05 * c.scale) ++moved;
+    ++other;
+  }
+  EXPECT_GE(moved, 1) << "the others had somewhere to go";
+  const FitResult all = fit(problem, start, {0}, local, {});
+  for (int k = 0; k < whole.size(); ++k)
+    if (options.held[k]) {
+      EXPECT_GT(std::fabs(all.x[k] - start[k]), 0.05 * whole.coordinates()[k].scale) << "let go, it moves";
+    }
+}
+
+TEST(FitTest, AStepThroughContactGoesSixScalesOfAnEffect) {
+  // A constant force that is not there, tried at 50 of its scales: the motion is linear in it, so that the
+  // first step of a fit is the whole way back. The scale is that of the effect's typical size.
+  constexpr double scale_N = 0.01, trusted_scales = 6.0, start_N = 50.0 * scale_N;
+  ownForce("test_trusted_load", scale_N, "c", "0.3 * c");
+  const MadeSet& free_set = cleanSet();
+  const MadeSet& contact_set = madeSet(21, "none", 0.0, true);
+  for (const bool contact : {false, true}) {
+    const MadeSet& set = contact ? contact_set : free_set;
+    // the rub begins to touch within these
+    const std::vector<Recording> recordings =
+        onlyBeginningOf(set, contact ? "rub_1" : "steady_2", contact ? 1000 : 3000);
+    ASSERT_EQ(recordings[0].holdsContact(), contact);
+    const FitSpace space(set.truth(), {{"test_trusted_load", {start_N}}});
+    ASSERT_EQ(space.size(), 1);
+    ASSERT_EQ(space.coordinates()[0].scale, scale_N);
+    const FitProblem problem(recordings, space, set.offset_std_m);
+    std::vector<LocalState> local(1);
+    FitOptions options;
+    options.most_iterations = 1;
+    options.covariance = false;
+    const FitResult result = fit(problem, space.start(), {0}, local, options);
+    ASSERT_TRUE(result.finite);
+    if (contact) {
+      EXPECT_NEAR(start_N - result.x[0], trusted_scales * scale_N, 1e-9 * scale_N);
+    } else {
+      EXPECT_GT(start_N - result.x[0], 0.5 * start_N) << "without contact the whole way at once";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace amb_rotor
