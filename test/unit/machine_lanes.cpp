@@ -209,7 +209,7 @@ TEST(MachineLanes, EveryEffectOfTheCatalogueIsThatOfTheEventStepper) {
     const Model model = with(eventfulModel(), schema.id, typicalValues(schema.id));
     const Rows reference = byEvents(model, scenario);
     const Rows lanes = byLanes<BaselineLanes>({&model}, 0, scenario, 1e-6);
-    EXPECT_LT(apart(reference, lanes), 2e-3 * clearance) << schema.id;
+    EXPECT_LT(apart(reference, lanes), 2e-3 * machine_clearance) << schema.id;
     if (schema.id == "spin_drag") continue;  // acts on the speed: HeldSpeedOfARunInIsKept
     EXPECT_LT(apart(reference, lanes), 0.05 * apart(reference, without)) << schema.id;
     ++tried;
