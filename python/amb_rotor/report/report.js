@@ -119,7 +119,7 @@
       const two = D.stages.length > 1;
       const arrow = (a, b) => two ? err(a) + " → " + err(b) : err(a);
       tile(arrow(before.error, after.error), "error on held-out runs / noise");
-      if (has(before.error_free)) tile(arrow(before.error_free, after.error_free), "… of runs without contact");
+      if (has(before.error_free) && has(before.error_contact)) tile(arrow(before.error_free, after.error_free), "… of runs without contact");
       if (has(before.error_contact)) tile(arrow(before.error_contact, after.error_contact), "… of runs with contact");
       tile(err(first.errors.noise_floor), "noise floor");
       tile(String(first.runs.length), "runs");
@@ -174,7 +174,8 @@
 
   // ---- where it fails
   function where() {
-    const s = section("Where the model fails", first.errors.worst);
+    const s = section("Where the model fails",
+      "The error that the sentences of the first page are about, cell by cell; 1 is the floor.");
     let row = add(s, "div", null, "two row");
     const runs = first.runs.map(r => r.id);
     const error = (stage, id) => stage.errors.by_run[id];

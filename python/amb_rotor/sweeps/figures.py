@@ -35,6 +35,9 @@ def read_figure(path: pathlib.Path) -> dict:
     """@raise InputError: all faults of the file's keys"""
     document = yaml.safe_load(path.read_text())
     kind = document.get("kind")
+    if kind == "magnet_force":
+        from amb_rotor.sweeps import magnet
+        return magnet.read(path)
     if kind not in KINDS:
         raise InputError(f"{path}: kind: {kind} is none of {', '.join(KINDS)}, magnet_force")
     wanted = KEYS | KINDS[kind]
