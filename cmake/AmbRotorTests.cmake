@@ -17,6 +17,7 @@ function(amb_rotor_test_executable target)
   target_compile_definitions(${target} PRIVATE AMB_ROTOR_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${target} PRIVATE amb_rotor_core GTest::gmock GTest::gtest)
   amb_rotor_warnings(${target})
+  target_compile_options(${target} PRIVATE -O1)  # they are compiled more often than they run; the libraries stay at -O2
   amb_rotor_unity(${target} 6 ${ARGN})
   list(LENGTH ARGN sources)
   # a second of each file's compile time is these headers', six to precompile them
