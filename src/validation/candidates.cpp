@@ -17,8 +17,8 @@ namespace {
 constexpr int first_look_iterations = 2, finalists = 6;
 /// Of several starts so many are followed.
 constexpr std::size_t followed_starts = 2;
-/// More starts than these are a scan along one parameter, of whose hills so many are followed.
-constexpr std::size_t scanned = 8, followed_hills = 4;
+/// Of the hills of a scan so many are followed.
+constexpr std::size_t followed_hills = 4;
 /// Through contact they are told by every so many-th window alone.
 constexpr int start_stride = 12;
 /// Without contact one start is enough where its gain is so many times the next one's.
@@ -61,24 +61,6 @@ LocalState begunAnew(const LocalState& state) {
   out.angle_searches = state.angle_searches;
   out.angle_rad = state.angle_rad;
   return out;
-}
-
-void scaleAmplitudes(EffectSetting& effect, double share) {
-  if (effect.id == "shaft_flexibility") {  // a force goes in by the shape and its motion comes out by it
-    const EffectSchema& schema = *effectCatalogue().find(effect.id);
-    for (std::size_t i = 0; i < schema.parameters.size(); ++i)
-      if (schema.parameters[i].name.rfind("shape_", 0) == 0) effect.values[i] *= std::sqrt(std::clamp(share, 0.01, 4.0));
-    return;
-  }
-  const auto& parameters = effectCatalogue().find(effect.id)->parameters;
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const ParameterSchema& p = parameters[i];
-    if (p.role == ParameterRole::amplitude)
-      effect.values[i] = std::clamp(share * effect.values[i], p.lower, p.upper);
-    else if (p.neutral >= p.upper && share > 0.0)  // a knee's effect goes by its fourth power
-      effect.values[i] = std::clamp(
-          effect.values[i] / (effect.id == "magnetic_saturation" ? std::pow(share, 0.25) : share), p.lower, p.upper);
-  }
 }
 
 namespace {
@@ -246,7 +228,7 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       models.push_back(space.model(x));
     }
     const auto gains = references.screen->gains(models, phase, !phase);
-    if (starts.size() > scanned) {  // a scan: the tops of its hills
+    if (startsAreAScan(starts[0].back().id)) {  // the tops of its hills
       order.clear();
       for (std::size_t i = 0; i < gains.size(); ++i)
         if ((i == 0 || gains[i].gain >= gains[i - 1].gain) && (i + 1 == gains.size() || gains[i].gain > gains[i + 1].gain))
@@ -258,7 +240,7 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     }
     for (std::size_t i = 0; i < starts.size(); ++i)
-      if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleAmplitudes(starts[i].back(), gains[i].share);
+      if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
   }
   std::vector<Start> out;
   for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);

@@ -66,10 +66,6 @@ struct FitEffort {
 /// A run's unknowns without the windows' starts and the offsets that a model has led to.
 LocalState begunAnew(const LocalState& state);
 
-/// An effect's amplitudes by a share, within their limits; what is neutral at its upper limit (a stator's mass) goes by its
-/// inverse.
-void scaleAmplitudes(EffectSetting& effect, double share);
-
 class Candidates {
  public:
   Candidates(const Model& belief, const Dataset& dataset);

@@ -49,6 +49,18 @@ double excess(const CandidateErrors& errors) {
 /// Effects adopted at most where a pair comes on top of the steps.
 constexpr int most_adopted = 4;
 
+/// Names with each candidate those whose evidence is within 3 % of its own, or 8.
+void markConfounded(std::vector<Candidate>& ranking) {
+  for (auto& one : ranking) {
+    one.confounded_with.clear();
+    if (!one.excited || one.evidence <= least_evidence) continue;
+    for (const auto& other : ranking)
+      if (other.effect != one.effect && other.excited &&
+          std::fabs(other.evidence - one.evidence) < std::max(8.0, 0.03 * one.evidence))
+        one.confounded_with.push_back(other.effect);
+  }
+}
+
 class Diagnoser {
  public:
   Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options)
@@ -164,13 +176,10 @@ void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
     if (t.usable()) {
       c.parameters = t.space->effectValues(static_cast<int>(t.space->fitted().size()) - 1, t.fit.x, t.fit.covariance);
       if (t.evidence < least_evidence) c.note = powerOf(t, least_evidence);
-      for (const auto& other : trials)
-        if (other.effect != t.effect && other.excited && t.evidence > least_evidence &&
-            std::fabs(other.evidence - t.evidence) < std::max(8.0, 0.03 * t.evidence))
-          c.confounded_with.push_back(other.effect);
     }
     out.ranking.push_back(c);
   }
+  markConfounded(out.ranking);
 }
 
 bool Diagnoser::earns(const Trial& trial) const {
@@ -195,6 +204,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     // windows whose starts the way here has led astray hold the rest where it is: they begin anew
     for (int round = 0; round < fresh_rounds && near.fit.finite && near.fit.squares > astray * near.fit.count; ++round) {
       const Eigen::VectorXd at = near.nuisance();
+      local = near.local;
       for (auto& state : local) state = begunAnew(state);
       Trial more = candidates_.fit(near.effects(), &at, local, {Through::contact, contact_iterations}, &references_.prior);
       if (!more.fit.finite || more.fit.chi2 >= near.fit.chi2) break;
@@ -260,6 +270,7 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
   }
   std::stable_sort(out.ranking.begin(), out.ranking.end(),
                    [](const Candidate& a, const Candidate& b) { return a.evidence > b.evidence; });
+  markConfounded(out.ranking);
 }
 
 bool Diagnoser::clean() const {

@@ -91,7 +91,7 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
     const auto values = startingValues(t.effect, candidates.belief(), candidates.recordings(), unused);
     if (values.empty()) continue;
     start[t.effect] = {t.effect, values[0]};
-    scaleAmplitudes(start[t.effect], next_to_neutral);
+    scaleStart(start[t.effect], next_to_neutral);
     all.push_back(start[t.effect]);
     linear.push_back(t.effect);
   }

@@ -80,6 +80,24 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
   }
 }
 
+bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
+
+void scaleStart(EffectSetting& effect, double share) {
+  const auto& parameters = effectCatalogue().find(effect.id)->parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const ParameterSchema& p = parameters[i];
+    double factor = 1.0;
+    if (effect.id == "shaft_flexibility") {
+      if (p.name.rfind("shape_", 0) == 0) factor = std::sqrt(std::clamp(share, 0.01, 4.0));
+    } else if (p.role == ParameterRole::amplitude) {
+      factor = share;
+    } else if (p.neutral >= p.upper && share > 0.0) {
+      factor = 1.0 / (effect.id == "magnetic_saturation" ? std::pow(share, 0.25) : share);
+    }
+    if (factor != 1.0) effect.values[i] = std::clamp(factor * effect.values[i], p.lower, p.upper);
+  }
+}
+
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason) {
   const EffectSchema& schema = *effectCatalogue().find(effect);

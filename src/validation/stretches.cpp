@@ -83,19 +83,6 @@ ShaftInstant shaftAt(const Recording& rec, const Model& model, double time) {
   return {angle0 + speed * mean - constant * second, speed * shrink - constant * mean, 0.0};
 }
 
-double freeStep(const Model& model) {
-  double step = 1e-4;
-  if (model.coil) step = std::min(step, 0.2 / radPerSecond(model.rig.amb.amplifier_bandwidth_hz));
-  if (model.signal_chain.anti_alias) step = std::min(step, 0.2 / radPerSecond(model.signal_chain.anti_alias->corner_hz));
-  for (const auto& effect : model.effects) {
-    if (effect.id != "shaft_flexibility" && effect.id != "foundation_resonance") continue;
-    const EffectSchema* schema = effectCatalogue().find(effect.id);
-    const double frequency = effect.values[schema->indexOf("frequency_hz")];
-    step = std::min(step, 0.4 / (two_pi * std::max(frequency, 1.0)));
-  }
-  return std::max(step, 2e-6);
-}
-
 namespace {
 
 /// Whether an effect is a mode of its own, with frequency_hz and damping_ratio.
@@ -105,11 +92,26 @@ bool isMode(const EffectSetting& effect) {
 
 }  // namespace
 
+double freeStep(const Model& model) {
+  double step = 1e-4;
+  if (model.coil) step = std::min(step, 0.2 / radPerSecond(model.rig.amb.amplifier_bandwidth_hz));
+  if (model.signal_chain.anti_alias) step = std::min(step, 0.2 / radPerSecond(model.signal_chain.anti_alias->corner_hz));
+  for (const auto& effect : model.effects) {
+    if (!isMode(effect)) continue;
+    const double frequency = effect.values[effectCatalogue().find(effect.id)->indexOf("frequency_hz")];
+    step = std::min(step, 0.4 / (two_pi * std::max(frequency, 1.0)));
+  }
+  return std::max(step, 2e-6);
+}
+
 Model calmed(const Model& model) {
   constexpr double damping_ratio = 0.7;
   Model out = model;
   for (auto& effect : out.effects)
-    if (isMode(effect)) effect.values[effectCatalogue().find(effect.id)->indexOf("damping_ratio")] = damping_ratio;
+    if (isMode(effect)) {
+      double& own = effect.values[effectCatalogue().find(effect.id)->indexOf("damping_ratio")];
+      own = std::max(own, damping_ratio);
+    }
   return out;
 }
 

@@ -18,6 +18,14 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
 /// phase), and at what its file calls typical, with both signs where the limits allow them.
 std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 
+/// Whether an effect's starts lie side by side along one parameter, rising, as in a scan.
+bool startsAreAScan(const std::string& effect);
+
+/// An effect of a share a of its size, within its limits: amplitudes by a; what is neutral at its upper limit (a stator's
+/// mass) by 1/a, a knee of the iron, whose effect goes by its fourth power, by a^(-1/4); the shape of a bending mode, by
+/// which a force goes in and its motion comes out, by the root of a between 0.01 and 4.
+void scaleStart(EffectSetting& effect, double share);
+
 /// Narrows a parameter's range to what is physical on this rig, e.g. a mount that is lighter than the rotor. A soft or
 /// stuck mount would otherwise stand wherever a window through contact likes it best.
 void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
