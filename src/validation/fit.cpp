@@ -225,7 +225,8 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   const Eigen::MatrixXd inverse = Ldlt(h).solveColumns(Eigen::MatrixXd::Identity(p, p));
   if (options.scores) {
     // sandwich: the noise is coloured (part of it went round the loop), so blocks of time count, not samples
-    Eigen::MatrixXd middle = now.scores;
+    // a misfit that no test of a million residuals sees, but that all of them share, shifts what they determine
+    Eigen::MatrixXd middle = now.scores + shared_misfit * shared_misfit * now.count * now.h;
     middle.diagonal() += prior_weight;
     if (q > 0) middle.topLeftCorner(q, q) += extra->h;
     const Eigen::MatrixXd robust = inverse * middle * inverse;

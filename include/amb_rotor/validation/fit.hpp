@@ -18,6 +18,10 @@ namespace amb_rotor {
 /// Length of a prediction through contact [s].
 constexpr double contact_window_s = 0.01;
 
+/// Part of the noise that a model may be off by in every residual alike without being found out: clocks, integrators and
+/// calibrations are no better. It adds share^2 times the number of residuals to the variances that white noise gives.
+constexpr double shared_misfit = 0.003;
+
 /// Quadratic model of half the sum of squares about a point: H, g, and the sum itself.
 struct NormalEquations {
   Eigen::MatrixXd h;
@@ -113,7 +117,8 @@ struct FitOptions {
 
 struct FitResult {
   Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;  ///< of the coordinates, robust against coloured noise where scores were asked for
+  Eigen::MatrixXd covariance;  ///< of the coordinates; where scores were asked for, robust against coloured noise and
+                               ///< with the shared misfit
   double chi2 = 0.0;           ///< with all priors
   double squares = 0.0, count = 0.0;
   int iterations = 0;
