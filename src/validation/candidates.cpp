@@ -17,6 +17,11 @@ namespace {
 constexpr int first_look_iterations = 2, finalists = 6;
 /// Of several starts so many are followed.
 constexpr std::size_t followed_starts = 2;
+/// A start whose gain is foreseen at so many times less than what would bring it near the leader is not taken seriously:
+/// one look, and no steps to come near.
+constexpr double foreseen_short = 3.0;
+/// A first look that leaves an effect at less than this share of what it must have is not followed where it can only gain.
+constexpr double far_from_worth = 0.1;
 /// Of the hills of a scan so many are followed.
 constexpr std::size_t followed_hills = 4;
 /// Through contact they are told by every so many-th window alone.
@@ -212,7 +217,8 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) const {
 
 std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& starts,
                                                          const std::vector<Eigen::VectorXd>& nuisances,
-                                                         const References& references) const {
+                                                         const References& references, double leader,
+                                                         bool& serious) const {
   std::vector<std::size_t> order(starts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::size_t followed = starts.size();
@@ -239,6 +245,8 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
       followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     }
+    serious = foreseen_short * gains[order[0]].gain > in_reach * leader;
+    if (!serious) followed = 1;
     for (std::size_t i = 0; i < starts.size(); ++i)
       if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
   }
@@ -282,9 +290,9 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
 }
 
 Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-                         const References& references, bool contact) const {
+                         const References& references, bool contact, double leader, bool& serious) const {
   const auto followed = contact ? promisingThroughContact(starts, nuisances, references)
-                                : promisingFree(starts, nuisances, references);
+                                : promisingFree(starts, nuisances, references, leader, serious);
   std::vector<Trial> trials(followed.size());
   const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
@@ -300,7 +308,8 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   return winner;
 }
 
-Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references) const {
+Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references,
+                       double leader) const {
   Trial none;
   none.effect = effect;
   none.excited = false;
@@ -326,13 +335,14 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
       break;
     }
   }
-  Trial winner = bestOf(starts, nuisances, references, contact);
+  bool serious = true;
+  Trial winner = bestOf(starts, nuisances, references, contact, leader, serious);
   winner.effect = effect;
   value(winner, references);
   // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
   // there has led astray begin anew
   const auto worthwhile = [&] {
-    return winner.fit.finite && !isNested(effect) && winner.evidence < hopeless &&
+    return serious && winner.fit.finite && !isNested(effect) && winner.evidence < hopeless &&
            !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
   };
   for (int round = 0; round < approach_rounds && worthwhile(); ++round) {
@@ -382,6 +392,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   for (auto& t : trials) {
     // those that may still become the best: the first few, and whatever comes near them
     if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
+    if (isNested(t.effect) && !needsContact(t.effect) && t.evidence < far_from_worth * references.worth) continue;
     ++finished;
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);

@@ -41,6 +41,7 @@ struct References {
   Trial free, contact, sparse;  ///< sparse: `contact` at the windows of a first look
   QuadraticPrior prior;         ///< what the free runs say of the nuisance, for fits to the runs with contact alone
   std::shared_ptr<const StartScreen> screen;  ///< about `free`
+  double worth = 0.0;  ///< evidence that an effect must have to be adopted for what it does without contact, about
 
   const Trial& of(const Trial& trial) const {
     return !needsContact(trial.effect) ? free : trial.stride > 1 ? sparse : contact;
@@ -88,7 +89,8 @@ class Candidates {
   References referencesOf(const Trial& free, const Trial& all) const;
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  Trial look(const std::string& effect, const Settings& adopted, const References& references) const;
+  /// @param leader  the best evidence so far: what cannot come near it is looked at once, from its best start
+  Trial look(const std::string& effect, const Settings& adopted, const References& references, double leader) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
   void finish(std::vector<Trial>& trials, const References& references,
               const std::function<void(const std::string&)>& tell) const;
@@ -96,14 +98,14 @@ class Candidates {
  private:
   /// One fit to be tried: with these effects, from this nuisance.
   using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
-  /// Also scales the starts' amplitudes to where they do best.
+  /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader.
   std::vector<Start> promisingFree(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-                                   const References& references) const;
+                                   const References& references, double leader, bool& serious) const;
   std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
                                              const std::vector<Eigen::VectorXd>& nuisances,
                                              const References& references) const;
   Trial bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-               const References& references, bool contact) const;
+               const References& references, bool contact, double leader, bool& serious) const;
   void value(Trial& trial, const References& references) const;
 
   Model belief_;

@@ -69,6 +69,8 @@ class Diagnoser {
     if (names_.empty())
       for (const auto& schema : effectCatalogue().all())
         if (!schema.only_by_name) names_.push_back(schema.id);
+    // those that take long come last, when it is known whether they may still lead
+    std::stable_partition(names_.begin(), names_.end(), isNested);
   }
 
   Diagnosis run();
@@ -77,6 +79,7 @@ class Diagnoser {
   void progress(double share, const std::string& what) const {
     if (options_.progress) options_.progress(share, what);
   }
+  void setReferences(const Trial& free, const Trial& all);
   void baseline(Diagnosis& out);
   std::vector<Trial> screen(double from, double to);
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
@@ -106,12 +109,17 @@ class Diagnoser {
   double sampled_error_ = -1.0;  ///< of the reference through contact on the windows of `judged_stride`; below 0: not known
 };
 
+void Diagnoser::setReferences(const Trial& free, const Trial& all) {
+  references_ = candidates_.referencesOf(free, all);
+  references_.worth = 0.5 * least_excess_share * std::max(0.0, references_.free.fit.squares - references_.free.fit.count);
+}
+
 void Diagnoser::baseline(Diagnosis& out) {
   progress(0.0, "baseline");
   const std::vector<LocalState> fresh(candidates_.recordings().size());
   const Trial free = candidates_.fit({}, nullptr, fresh, {Through::free, 10});
   progress(0.05, "baseline through contact");
-  references_ = candidates_.referencesOf(free, free);
+  setReferences(free, free);
   joint_ = references_.contact;
   progress(0.08, "baseline on the runs to validate");
   errors_ = candidates_.judge(joint_, true, true);
@@ -131,10 +139,12 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
   const auto holds = [](const Settings& settings, const std::string& name) {
     return std::any_of(settings.begin(), settings.end(), [&](const EffectSetting& s) { return s.id == name; });
   };
+  double leader = 0.0;
   for (std::size_t n = 0; n < names_.size(); ++n) {
     progress(from + 0.6 * (to - from) * n / names_.size(), names_[n]);
     if (holds(adopted_, names_[n]) || holds(candidates_.belief().effects, names_[n])) continue;
-    trials.push_back(candidates_.look(names_[n], adopted_, references_));
+    trials.push_back(candidates_.look(names_[n], adopted_, references_, leader));
+    leader = std::max(leader, trials.back().evidence);
   }
   candidates_.finish(trials, references_, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");
@@ -228,7 +238,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
 void Diagnoser::refer() {
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
-  references_ = candidates_.referencesOf(free, joint_);
+  setReferences(free, joint_);
   sampled_error_ = -1.0;
 }
 

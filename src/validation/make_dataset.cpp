@@ -239,7 +239,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
     const Law law = lawOf(secret.law);
     const EffectDraw draw = drawEffect(dice, secret.law);
     const auto put = [&](double size, TrueMachine& trial) {
-      trial.law = lawOfSize(law, draw, size, truth);
+      trial.law = lawOfSize(law, draw, size, truth, bench.peakCurrent());
     };
     if (!putIn(bench, truth, secret.strengths.back(), put, machine)) return false;
   }

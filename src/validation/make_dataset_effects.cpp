@@ -10,12 +10,17 @@
 namespace amb_rotor::making {
 namespace {
 
-const std::vector<std::string> law_names = {"quadratic_damping", "cubic_stiffness", "sensor_dead_zone", "hum"};
+const std::vector<std::string> law_names = {"quadratic_damping", "cubic_stiffness", "sensor_dead_zone",
+                                            "hum", "third_harmonic_force", "speed_stiffness",
+                                            "current_dead_zone"};
 
 /// Uniform between two limits by a die of the draw.
 double between(const EffectDraw& draw, int die, double from, double to) {
   return from + (to - from) * draw.uniform[die];
 }
+
+/// Where a stiffness that grows with the speed has the size that is asked for.
+constexpr double typical_speed_hz = 60.0;
 
 double phase(const EffectDraw& draw, int die) { return between(draw, die, -3.1, 3.1); }
 
@@ -99,6 +104,9 @@ Law lawOf(const std::string& name) {
 std::vector<std::string> lawDependsOn(Law law) {
   if (law == Law::quadratic_damping) return {"velocity"};
   if (law == Law::hum) return {"time"};
+  if (law == Law::third_harmonic_force) return {"shaft angle"};
+  if (law == Law::speed_stiffness) return {"position", "spin speed"};
+  if (law == Law::current_dead_zone) return {"control current"};
   return law == Law::none ? std::vector<std::string>{} : std::vector<std::string>{"position"};
 }
 
@@ -163,7 +171,7 @@ EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& tru
   return setting;
 }
 
-HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& truth) {
+HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& truth, double peak_current_A) {
   const double net = netStiffness(truth);
   const double far = 0.2 * truth.rig.auxiliary_bearing.clearance_m;
   const double fast = far * two_pi * criticalHz(truth);
@@ -177,6 +185,15 @@ HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& t
   if (law == Law::hum) {
     made.amount = 5e-7 * size * net;
     made.second = draw.uniform[0] < 0.5 ? 50.0 : between(draw, 1, 23.0, 140.0);
+  }
+  if (law == Law::third_harmonic_force) {
+    made.amount = 5e-7 * size * net;
+    made.second = phase(draw, 0);
+  }
+  if (law == Law::speed_stiffness) made.amount = 0.03 * size * net / radPerSecond(typical_speed_hz);
+  if (law == Law::current_dead_zone) {
+    made.amount = std::min(0.5, 0.05 * size) * truth.rig.amb.current_stiffness_N_per_A;
+    made.second = peak_current_A * between(draw, 0, 0.1, 0.3);
   }
   return made;
 }

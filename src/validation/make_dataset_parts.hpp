@@ -32,11 +32,20 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
-enum class Law { none, quadratic_damping, cubic_stiffness, sensor_dead_zone, hum };
+enum class Law {
+  none,
+  quadratic_damping,
+  cubic_stiffness,
+  sensor_dead_zone,
+  hum,
+  third_harmonic_force,
+  speed_stiffness,
+  current_dead_zone
+};
 struct HiddenLaw {
   Law law = Law::none;
-  double amount = 0.0;  ///< N s2/m2, N/m3, share, N
-  double second = 0.0;  ///< dead zone: its width [m]; hum: its frequency [Hz]
+  double amount = 0.0;  ///< N s2/m2, N/m3, share, N, N, N s/m, N/A
+  double second = 0.0;  ///< dead zones: their width [m, A]; hum: its frequency [Hz]; harmonic force: its phase [rad]
 };
 Law lawOf(const std::string& name);
 std::vector<std::string> lawDependsOn(Law law);
@@ -96,7 +105,7 @@ struct EffectDraw {
 EffectDraw drawEffect(Dice& dice, const std::string& id);
 /// @param peak_current_A  largest control current in the runs of the machine without effects
 EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& truth, double peak_current_A);
-HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& truth);
+HiddenLaw lawOfSize(Law law, const EffectDraw& draw, double size, const Model& truth, double peak_current_A);
 
 /// make_dataset_write.cpp
 struct ChannelNoise {

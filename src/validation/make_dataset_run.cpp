@@ -58,12 +58,12 @@ class LawStepper {
       for (int a = 0; a < 4; ++a) current[a] = held->target[a] + (state->current[a] - held->target[a]) * decay;
       sim->track().forceCurrent(current, nullptr, in.force_current);
       Vec2<double> force[2];
-      for (int end = 0; end < 2; ++end) force[end] = forceAt(end, time, y);
+      for (int end = 0; end < 2; ++end) force[end] = forceAt(end, time, in, y);
       in.extra_force = force;
       in.contact_mode = state->contact_mode;
       machine.derivatives(in, y, rate);
     }
-    Vec2<double> forceAt(int end, double time, const double* y) const {
+    Vec2<double> forceAt(int end, double time, const Inputs<double>& in, const double* y) const {
       const Vec2<double> place = machine.rotor().at(2 * 0 + end, y);
       const Vec2<double> speed = machine.rotor().at(2 * 0 + end, y + machine.coordinates());
       if (law.law == Law::quadratic_damping) {
@@ -73,6 +73,19 @@ class LawStepper {
       if (law.law == Law::cubic_stiffness) {
         const double c = -law.amount * (place.x * place.x + place.y * place.y);
         return {c * place.x, c * place.y};
+      }
+      if (law.law == Law::speed_stiffness) {
+        const double k = -law.amount * std::fabs(in.shaft.speed);
+        return {k * place.x, k * place.y};
+      }
+      if (law.law == Law::third_harmonic_force) {
+        const double turn = 3.0 * in.shaft.angle + law.second;
+        return {law.amount * std::cos(turn), 0.5 * law.amount * std::sin(turn)};
+      }
+      if (law.law == Law::current_dead_zone) {
+        const double lost = -law.amount * law.second;
+        const Vec2<double>& i = in.force_current[end];
+        return {lost * std::tanh(i.x / law.second), lost * std::tanh(i.y / law.second)};
       }
       const double turn = two_pi * law.second * time;
       return {law.amount * std::cos(turn), 0.6 * law.amount * std::sin(turn)};

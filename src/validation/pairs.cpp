@@ -15,6 +15,8 @@ constexpr int iterations = 8;
 /// Evidence that a pair must promise beyond the better of the two.
 constexpr double least_more = 12.0;
 
+/// Share of what it must have that a pair must promise.
+constexpr double least_promise = 0.1;
 /// Share of a start at which all candidates are linearised together: near neutral, where none hides another.
 constexpr double next_to_neutral = 0.01;
 
@@ -81,10 +83,14 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
   };
   std::map<std::string, EffectSetting> start;
   std::vector<std::string> linear, best;
+  double best_promise = 0.0;
   Settings all = adopted;
   for (const Trial& t : screened) {
     if (!t.usable()) continue;
-    if (best.size() < 2) best.push_back(t.effect);
+    if (best.size() < 2) {
+      best.push_back(t.effect);
+      best_promise += t.evidence;
+    }
     start[t.effect] = t.effects().back();
     if (!isNested(t.effect) || needsContact(t.effect)) continue;
     std::string unused;
@@ -101,11 +107,13 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
     const Trial joint =
         candidates.fit(all, &nuisance, references.free.local, {Through::free, 0, false, true});
     if (joint.fit.finite)
-      for (const PairGain& gain : pairGains(joint, linear, least_more))
+      for (const PairGain& gain : pairGains(joint, linear, std::max(least_more, least_promise * references.worth)))
         if (pairs.size() < most_linear) join(gain.first, gain.second);
   }
   // an effect without contact stands still in fits through contact: such a pair would be one effect only
-  if (best.size() == 2 && needsContact(best[0]) == needsContact(best[1])) join(best[0], best[1]);
+  if (best.size() == 2 && needsContact(best[0]) == needsContact(best[1]) &&
+      (needsContact(best[0]) || best_promise > least_promise * references.worth))
+    join(best[0], best[1]);
 
   std::vector<PairTrial> out;
   for (const auto& [first, second] : pairs) {

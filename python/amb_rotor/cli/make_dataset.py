@@ -14,7 +14,8 @@ def add_arguments(parser) -> None:
     parser.add_argument("--seed", type=int, required=True, metavar="N", help="the same seed gives the same set")
     parser.add_argument("--effect", nargs="+", default=[], metavar="ID",
                         help="effects of the catalogue to hide, a law of no catalogue (quadratic_damping, "
-                             "cubic_stiffness, sensor_dead_zone, hum), or none (default: drawn)")
+                             "cubic_stiffness, sensor_dead_zone, hum, third_harmonic_force, speed_stiffness, "
+                             "current_dead_zone), or none (default: drawn)")
     parser.add_argument("--effect-file", metavar="FILE", action="append", default=[], dest="effect_files",
                         help="an effect of one's own (format amb-effect/1) that --effect may name; may be repeated")
     parser.add_argument("--strength", type=float, default=0.0, metavar="S",
