@@ -61,6 +61,17 @@ bool isNested(const std::string& effect) {
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
 
+bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
+  bool any = false;
+  for (long k = 0; k < nuisance.size(); ++k) {
+    const Coordinate& c = space.coordinates()[k];
+    if (!(std::fabs(nuisance[k] - c.prior_mean) > far_from_belief * c.prior_std)) continue;
+    nuisance[k] = c.prior_mean;
+    any = true;
+  }
+  return any;
+}
+
 LocalState begunAnew(const LocalState& state) {
   LocalState out;
   out.angle_searches = state.angle_searches;
@@ -328,13 +339,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
   const Trial& reference = contact ? references.contact : references.free;
   std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
-  for (int k = 0; k < reference.space->nuisances(); ++k) {
-    const Coordinate& c = reference.space->coordinates()[k];
-    if (std::fabs(nuisances[0][k] - c.prior_mean) > far_from_belief * c.prior_std) {
-      nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
-      break;
-    }
-  }
+  Eigen::VectorXd back = nuisances[0];
+  if (returnToBelief(*reference.space, back))
+    nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
   bool serious = true;
   Trial winner = bestOf(starts, nuisances, references, contact, leader, serious);
   winner.effect = effect;

@@ -64,6 +64,9 @@ struct FitEffort {
   const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
 };
 
+/// Puts back what is far from the belief, by its prior deviation. False: nothing is.
+bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance);
+
 /// A run's unknowns without the windows' starts and the offsets that a model has led to.
 LocalState begunAnew(const LocalState& state);
 

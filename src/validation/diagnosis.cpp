@@ -220,6 +220,15 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
       if (!more.fit.finite || more.fit.chi2 >= near.fit.chi2) break;
       near = std::move(more);
     }
+    // a nuisance that an effect half found has pulled far away may hold it there (springs in series: one too soft, the
+    // other too stiff): once more from the belief
+    Eigen::VectorXd believed = near.nuisance();
+    if (returnToBelief(*near.space, believed)) {
+      local = near.local;
+      for (auto& state : local) state = begunAnew(state);
+      Trial more = candidates_.fit(near.effects(), &believed, local, {Through::contact, contact_iterations}, &references_.prior);
+      if (more.fit.finite && more.fit.chi2 < near.fit.chi2) near = std::move(more);
+    }
     own = near.nuisance();
     from = near.effects();
     local = near.local;
