@@ -209,14 +209,15 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   Eigen::VectorXd own = start.nuisance();
   Settings from = effects;
   std::vector<LocalState> local = start.local;
-  if (needsContact(effects.back().id)) {  // near to its end with few unknowns first
-    Trial near = candidates_.fit(effects, &own, local, {Through::contact, contact_iterations}, &references_.prior);
+  if (needsContact(effects.back().id)) {  // near to its end with few unknowns and some of the windows first
+    const FitEffort effort = {Through::contact, contact_iterations, false, true};
+    Trial near = candidates_.fit(effects, &own, local, effort, &references_.prior);
     // windows whose starts the way here has led astray hold the rest where it is: they begin anew
     for (int round = 0; round < fresh_rounds && near.fit.finite && near.fit.squares > astray * near.fit.count; ++round) {
       const Eigen::VectorXd at = near.nuisance();
       local = near.local;
       for (auto& state : local) state = begunAnew(state);
-      Trial more = candidates_.fit(near.effects(), &at, local, {Through::contact, contact_iterations}, &references_.prior);
+      Trial more = candidates_.fit(near.effects(), &at, local, effort, &references_.prior);
       if (!more.fit.finite || more.fit.chi2 >= near.fit.chi2) break;
       near = std::move(more);
     }
@@ -226,7 +227,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     if (returnToBelief(*near.space, believed)) {
       local = near.local;
       for (auto& state : local) state = begunAnew(state);
-      Trial more = candidates_.fit(near.effects(), &believed, local, {Through::contact, contact_iterations}, &references_.prior);
+      Trial more = candidates_.fit(near.effects(), &believed, local, effort, &references_.prior);
       if (more.fit.finite && more.fit.chi2 < near.fit.chi2) near = std::move(more);
     }
     own = near.nuisance();
