@@ -1,5 +1,6 @@
 #include "amb_rotor/machine/model_loading.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -18,6 +19,31 @@ namespace {
 /// with five half waves.
 constexpr int table_size = 401;
 constexpr double mass_agreement = 0.01;
+constexpr double same_plane_m = 1e-6;
+
+/// Planes that a force or a sensor needs, each once.
+std::vector<double> keptPlanes(const Model& model) {
+  std::vector<double> planes;
+  for (const auto* pair : {model.rig.planes.amb, model.rig.planes.sensor, model.rig.planes.aux})
+    for (int end = 0; end < 2; ++end) planes.push_back(pair[end]);
+  std::sort(planes.begin(), planes.end());
+  planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < same_plane_m; }),
+               planes.end());
+  return planes;
+}
+
+ReducedRotor reducedFor(const Model& model, const FlexibleRotor& rotor) {
+  using Method = RotorReduction::Method;
+  if (model.reduction.method == Method::by_frequency) return allModes(rotor);
+  try {
+    if (model.reduction.method == Method::modal) return reduceModal(rotor, model.reduction.modes);
+    return reduceCraigBampton(rotor, keptPlanes(model), model.reduction.modes);
+  } catch (const InputError& error) {
+    std::vector<Fault> faults = error.faults();
+    for (Fault& fault : faults) fault.key = fault.key == "planes" ? "rig.planes" : "rotor.reduction.modes";
+    throw InputError(faults);
+  }
+}
 
 }  // namespace
 
@@ -25,15 +51,18 @@ void fillFlexibleModes(Model& model, double highest_hz) {
   if (model.rotor_model != RotorModel::flexible || !model.flexible.mass.empty()) return;
   const auto path = std::filesystem::path(model.folder) / model.rotor_geometry;
   const FlexibleRotor rotor(loadRotorGeometry(path.string()));
-  const ReducedRotor reduced = allModes(rotor);
+  const ReducedRotor reduced = reducedFor(model, rotor);
   const double mass = reduced.inertia.mass, tilt = reduced.inertia.transverse;
   if (std::fabs(mass / model.rig.rotor.mass_kg - 1.0) > mass_agreement)
     throw InputError({{path.string(), 0, "rotor.mass_kg", std::to_string(model.rig.rotor.mass_kg),
                        "must agree with the geometry's mass, " + std::to_string(mass) + " kg, to 1 %"}});
-  int n = 0;
-  while (n < reduced.modes && n < max_modes - 1 &&
-         std::sqrt(std::max(0.0, reduced.stiffness[n])) <= radPerSecond(highest_hz))
-    ++n;
+  int n = reduced.modes;
+  if (model.reduction.method == RotorReduction::Method::by_frequency) {
+    n = 0;
+    while (n < reduced.modes && n < max_modes - 1 &&
+           std::sqrt(std::max(0.0, reduced.stiffness[n])) <= radPerSecond(highest_hz))
+      ++n;
+  }
   FlexibleModes& modes = model.flexible;
   std::vector<double> scale;
   for (int k = 0; k < n; ++k) {

@@ -48,7 +48,7 @@ std::string canonicalText(const Model& model, const EffectCatalogue& catalogue) 
   const FlexibleModes& modes = model.flexible;
   if (modes.mass.empty()) {
     if (!model.rotor_geometry.empty()) text += "rotor.geometry=" + model.rotor_geometry + "\n";
-    return text;
+    return text + reductionText(model.reduction);
   }
   return text + listText("flexible.mass", modes.mass) + listText("flexible.stiffness", modes.stiffness) +
          listText("flexible.damping", modes.damping) + listText("flexible.gyroscopic", modes.gyroscopic) +

@@ -1,6 +1,7 @@
 #include "amb_rotor/model/model_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -13,6 +14,8 @@
 namespace amb_rotor {
 namespace {
 
+/// Of a flexible rotor; what a machine has room for, with the planes that Craig-Bampton keeps besides.
+constexpr int most_kept_modes = 64;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 void readPlanes(YamlMap planes, Model& model) {
@@ -111,6 +114,20 @@ void readUncertainty(YamlMap uncertainty, Model& model) {
   }
 }
 
+void readReduction(YamlMap reduction, Model& model) {
+  using Method = RotorReduction::Method;
+  const int method = reduction.choice("method", {"modal", "craig_bampton"});
+  const double modes = reduction.number("modes");
+  reduction.finish();
+  if (method < 0 || std::isnan(modes)) return;
+  model.reduction.method = method == 0 ? Method::modal : Method::craig_bampton;
+  const int least = method == 0 ? 2 : 0;
+  if (modes < least || modes > most_kept_modes || modes != std::floor(modes))
+    reduction.fault("modes", "must be a whole number from " + std::to_string(least) + " to " + std::to_string(most_kept_modes));
+  else
+    model.reduction.modes = static_cast<int>(modes);
+}
+
 void readRotor(YamlMap rotor, Model& model) {
   const int kind = rotor.choice("model", {"rigid_mass", "rigid_beam", "flexible"});
   if (kind < 0) return;
@@ -123,6 +140,7 @@ void readRotor(YamlMap rotor, Model& model) {
     std::error_code ignored;
     if (!model.rotor_geometry.empty() && !std::filesystem::is_regular_file(file, ignored))
       rotor.fault("geometry", "there is no such file (paths are relative to the model file)");
+    if (rotor.has("reduction")) readReduction(rotor.map("reduction"), model);
   }
   rotor.finish();
 }

@@ -107,12 +107,19 @@ const char* rotorModelName(RotorModel model) {
 
 const char* ambModelName(AmbModel model) { return model == AmbModel::linear ? "linear" : "equivalent"; }
 
+std::string reductionText(const RotorReduction& reduction) {
+  using Method = RotorReduction::Method;
+  if (reduction.method == Method::by_frequency) return "";
+  return std::string("  reduction:\n    method: ") + (reduction.method == Method::modal ? "modal" : "craig_bampton") +
+         "\n    modes: " + std::to_string(reduction.modes) + "\n";
+}
+
 std::string modelText(const Model& model, const EffectCatalogue& catalogue) {
   requireValid(model, catalogue);
   std::string text = "format: amb-model/1\nname: " + quotedText(model.name) + "\n" + rigText(model);
   text += std::string("rotor:\n  model: ") + rotorModelName(model.rotor_model) + "\n";
   if (!model.rotor_geometry.empty()) text += "  geometry: " + quotedText(model.rotor_geometry) + "\n";
-  return text + effectsText(model, catalogue) + revisionText(model);
+  return text + reductionText(model.reduction) + effectsText(model, catalogue) + revisionText(model);
 }
 
 void writeModel(const Model& model, const EffectCatalogue& catalogue, const std::string& path) {

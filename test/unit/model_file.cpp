@@ -150,6 +150,17 @@ INSTANTIATE_TEST_SUITE_P(
                                "no such file"},
                     BrokenRule{"model: rigid_beam", "model: rigid_beam, geometry: none.yaml",
                                "rotor.geometry", "not known"},
+                    BrokenRule{"model: rigid_beam", "model: rigid_beam, reduction: {method: modal, modes: 4}",
+                               "rotor.reduction", "not known"},
+                    BrokenRule{"model: rigid_beam",
+                               "model: flexible, geometry: ., reduction: {method: balanced, modes: 4}",
+                               "rotor.reduction.method", "modal, craig_bampton"},
+                    BrokenRule{"model: rigid_beam",
+                               "model: flexible, geometry: ., reduction: {method: modal, modes: 1}",
+                               "rotor.reduction.modes", "whole number from 2 to 64"},
+                    BrokenRule{"model: rigid_beam",
+                               "model: flexible, geometry: ., reduction: {method: craig_bampton, modes: 2.5}",
+                               "rotor.reduction.modes", "whole number from 0 to 64"},
                     BrokenRule{"format: amb-model/1", "format: amb-model/2", "format", "must be amb-model/1"},
                     BrokenRule{"name: small-rig", "name:", "name", "no value"}));
 
@@ -245,12 +256,16 @@ TEST(ModelFile, geometryHoldsFromAnotherFolder) {
   fs::create_directories(folder / "b");
   writeTextFile((folder / "a" / "shaft.yaml").string(), "x: 1\n");
   const std::string source = (folder / "a" / "model.yaml").string();
-  writeTextFile(source, replaced(validText(), "model: rigid_beam", "model: flexible, geometry: shaft.yaml"));
+  writeTextFile(source, replaced(validText(), "model: rigid_beam",
+                                 "model: flexible, geometry: shaft.yaml, reduction: {method: craig_bampton, modes: 3}"));
   const Model model = readModel(source, smallCatalogue());
   EXPECT_EQ(model.rotor_geometry, "shaft.yaml");
   const std::string target = (folder / "b" / "model.yaml").string();
   writeModel(model, smallCatalogue(), target);
-  EXPECT_EQ(readModel(target, smallCatalogue()).rotor_geometry, "../a/shaft.yaml");
+  const Model moved = readModel(target, smallCatalogue());
+  EXPECT_EQ(moved.rotor_geometry, "../a/shaft.yaml");
+  EXPECT_EQ(moved.reduction.method, RotorReduction::Method::craig_bampton);
+  EXPECT_EQ(moved.reduction.modes, 3);
   EXPECT_EQ(
       faultsOf([&] { writeModel(model, smallCatalogue(), (folder / "none" / "m.yaml").string()); }).size(),
       1u);

@@ -27,6 +27,17 @@ struct FlexibleModes {
   std::vector<double> shape;                     ///< z_m.size() * n, row by row
 };
 
+/// What a run keeps of a flexible rotor.
+struct RotorReduction {
+  enum class Method {
+    by_frequency,  ///< the free modes up to a frequency far above what the bearings reach
+    modal,         ///< the lowest free modes
+    craig_bampton  ///< the displacements at bearings and sensors, and the lowest modes with these held
+  };
+  Method method = Method::by_frequency;
+  int modes = 0;  ///< modal: the two rigid ones counted; craig_bampton: those held
+};
+
 /// Friction where the surfaces stop sliding.
 enum class FrictionLaw {
   regularised,  ///< mu N tanh(v/v0): creeps instead of sticking; everywhere
@@ -45,6 +56,7 @@ struct Model {
   std::map<std::string, double> uncertainty;  ///< by dotted path; relative but for offsets and phases
   std::vector<EffectSetting> effects;
   FlexibleModes flexible;       ///< for RotorModel::flexible
+  RotorReduction reduction;     ///< for RotorModel::flexible
   std::string rotor_geometry;   ///< path of the geometry file as given; empty without
   std::string folder;           ///< of the file it was read from: the geometry's path is relative to it
   std::string revision;         ///< YAML text of the optional `revision:` block (who changed what, and why)

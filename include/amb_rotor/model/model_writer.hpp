@@ -8,6 +8,9 @@
 
 namespace amb_rotor {
 
+/// The lines of `rotor.reduction`; empty where it is by frequency.
+std::string reductionText(const RotorReduction& reduction);
+
 /// The model as YAML text. The geometry's path is written as it stands in the model.
 /// Throws InputError for a model that breaks a rule: what is written can always be read.
 std::string modelText(const Model& model, const EffectCatalogue& catalogue);
