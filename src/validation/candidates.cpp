@@ -325,7 +325,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   none.effect = effect;
   none.excited = false;
   const bool contact = needsContact(effect);
-  const auto values = startingValues(effect, belief_, recordings_, none.note);
+  const Trial& reference = contact ? references.contact : references.free;
+  const double stiffness = reference.space->model(reference.fit.x).rig.auxiliary_bearing.stiffness_N_per_m;
+  const auto values = startingValues(effect, belief_, recordings_, none.note, contact ? stiffness : 0.0);
   if (values.empty()) return none;
   if (contact && !haveContact()) {
     none.note = "no run to fit holds contact";
@@ -337,11 +339,14 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     starts.back().push_back({effect, start});
   }
   // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
-  const Trial& reference = contact ? references.contact : references.free;
   std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
   Eigen::VectorXd back = nuisances[0];
-  if (returnToBelief(*reference.space, back))
-    nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
+  if (returnToBelief(*reference.space, back)) {
+    if (effect == "compliant_mount")  // the contact's stiffness is then not the mount's too
+      nuisances[0] = back;
+    else
+      nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
+  }
   bool serious = true;
   Trial winner = bestOf(starts, nuisances, references, contact, leader, serious);
   winner.effect = effect;

@@ -98,8 +98,12 @@ void scaleStart(EffectSetting& effect, double share) {
   }
 }
 
+/// Share of the believed contact stiffness below which the contact counts as softened by what carries it.
+constexpr double much_softer = 0.5;
+
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
-                                                const std::vector<Recording>& recordings, std::string& reason) {
+                                                const std::vector<Recording>& recordings, std::string& reason,
+                                                double seen_stiffness_N_per_m) {
   const EffectSchema& schema = *effectCatalogue().find(effect);
   const auto& rig = belief.rig;
   reason.clear();
@@ -190,9 +194,17 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   }
   if (effect == "compliant_mount") {
     std::vector<std::vector<double>> out;
-    for (double share : {0.15, 0.6})
+    const auto add = [&](double stiffness, double damping, double share) {
+      const double mass = share * rig.rotor.mass_kg;
+      out.push_back({stiffness, damping * std::sqrt(stiffness * mass), mass});
+    };
+    if (seen_stiffness_N_per_m > 0.0 && seen_stiffness_N_per_m < much_softer * kc) {
       for (double mass : {0.005, 0.015, 0.04})
-        out.push_back({share * kc, 0.3 * std::sqrt(share * kc * mass * rig.rotor.mass_kg), mass * rig.rotor.mass_kg});
+        for (double damping : {0.3, 1.0}) add(1.0 / (1.0 / seen_stiffness_N_per_m - 1.0 / kc), damping, mass);
+    } else {
+      for (double share : {0.15, 0.6})
+        for (double mass : {0.005, 0.015, 0.04}) add(share * kc, 0.3, mass);
+    }
     return out;
   }
   if (effect == "velocity_dependent_friction") {
