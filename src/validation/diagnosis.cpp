@@ -303,6 +303,12 @@ bool Diagnoser::structured() const {
 }
 
 Unexplained Diagnoser::unexplainedBy(const Trial& trial) const {
+  if (errors_.validation_error_free <= structured_error) {  // the search for a law looks at runs without contact
+    Unexplained out;
+    out.depends_on = {"position"};
+    out.shape = "it shows in contact only: a force at the auxiliary bearings, where the rotor has used up the clearance";
+    return out;
+  }
   return searchUnexplained(candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd());
 }
 
