@@ -1,16 +1,18 @@
-"""What a run at standstill with an excitation current says of a rigid rotor on its magnetic bearings, by its spectra.
+"""What a run at standstill with an excitation current says of a rigid rotor on its magnetic bearings.
 
 One axis (x or y); s displacements at the sensors, i control currents, e excitation currents, Z axial positions:
   tilt b = (s_b - s_a)/(Z_sb - Z_sa), centre x = s_a - Z_sa b, at a magnet x + Z b
-Modes: both motions answer e with one denominator,  x = N_x(s)/D(s) e,  b = N_b(s)/D(s) e,  D of order 4 or 6 (two rigid
-modes, and what lags), N of two less; least squares of the outputs, begun from the linear equations N e = D x weighted by
-1/|D| of the pass before (Sanathanan and Koerner 1963). A mode is a pair of roots of D: w = |root|, damping ratio -Re/w. Of the mode in which both ends move
-together, k1 = m w^2/2 and d1 = m zeta w are a bearing's equivalent stiffness and damping (thesis 3.26 at that frequency).
+Modes: both motions answer e with one denominator,  x = N_x(s)/D(s) e,  b = N_b(s)/D(s) e,  D of order 4 or 6 (two
+rigid modes, and what lags), N of two less; least squares of the outputs, begun from the linear equations N e = D x
+weighted by 1/|D| of the pass before (Sanathanan and Koerner 1963). A mode is a pair of roots of D: w = |root|, damping
+ratio -Re/w. Of the mode in which both ends move together, k1 = m w^2/2 and d1 = m zeta w are a bearing's equivalent
+stiffness and damping (thesis 3.26 at that frequency).
 Ki, Ks by measurement: Newton's law of both motions over the band, linear in the two,
   -m w^2 x = Ki (i_a + i_b) + Ks (x_a + x_b),  -It w^2 b = Ki (Z_a i_a + Z_b i_b) + Ks (Z_a x_a + Z_b x_b)
 with mass and inertia as stated. Both sides carry noise, so the equations are taken along the fitted motions and their
-accelerations, N e/D and s^2 N e/D, which do not (instrumental variables; the force is in phase with them). Standard deviations from the residuals. A step goes in by its differences, which have
-an end, and is taken back to what it was in the spectra. Left out: spin (gyroscopic coupling, unbalance), bending modes in the band, currents that lag their channel.
+accelerations, N e/D and s^2 N e/D, which do not (instrumental variables; the force is in phase with them). Standard
+deviations from the residuals. A step goes in by its differences, which have an end, and is taken back to what it was in
+the spectra. Left out: spin (gyroscopic coupling, unbalance), bending modes in the band, currents that lag their channel.
 """
 from __future__ import annotations
 
@@ -18,10 +20,12 @@ import dataclasses
 import math
 
 import numpy
+import scipy.optimize
 
 from amb_rotor.errors import InputError
 
 ORDERS, PASSES = (4, 6), 30
+TOLERANCE = 1e-12   # of the least squares, relative: far below the noise, above round-off
 WELL_DAMPED = 0.95  # from here on a pair of roots is no mode that rings
 EXCITED = 0.05      # share of the largest excitation below which a frequency counts as not excited
 
@@ -115,18 +119,12 @@ class Fit:
         return numpy.vstack([a.real, a.imag]), numpy.concatenate([y.real, y.imag])
 
     def _refine(self):
-        """Least squares of the outputs themselves (Levenberg and Marquardt)."""
-        damping = 1e-3
+        """Least squares of the outputs themselves."""
+        solution = scipy.optimize.least_squares(lambda found: self._misfit(found)[1], self.found,
+                                                jac=lambda found: -self._misfit(found)[0], method="lm", x_scale="jac",
+                                                xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE)
+        self.found = solution.x
         slopes, error = self._misfit(self.found)
-        for _ in range(PASSES):
-            norms = numpy.linalg.norm(slopes, axis=0)
-            scaled = numpy.vstack([slopes / norms, math.sqrt(damping) * numpy.eye(len(norms))])
-            step = numpy.linalg.lstsq(scaled, numpy.concatenate([error, numpy.zeros(len(norms))]), rcond=None)[0] / norms
-            tried_slopes, tried = self._misfit(self.found + step)
-            if tried @ tried < error @ error:
-                self.found, slopes, error, damping = self.found + step, tried_slopes, tried, 0.2 * damping
-            else:
-                damping *= 5.0
         norms = numpy.linalg.norm(slopes, axis=0)
         spread = error @ error / max(1, len(error) - len(norms))
         self.covariance = spread * numpy.linalg.pinv((slopes / norms).T @ (slopes / norms)) / numpy.outer(norms, norms)

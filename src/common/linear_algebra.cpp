@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <unsupported/Eigen/MatrixFunctions>
 
 namespace amb_rotor {
 
@@ -18,6 +19,8 @@ VectorXcd solveLu(const MatrixXcd& a, const VectorXcd& b) { return a.partialPivL
 MatrixXcd solveLuColumns(const MatrixXcd& a, const MatrixXcd& b) { return a.partialPivLu().solve(b); }
 
 MatrixXd inverse(const MatrixXd& a) { return a.inverse(); }
+
+MatrixXd matrixExponential(const MatrixXd& a) { return a.exp(); }
 
 VectorXd solveFullPivoting(const MatrixXd& a, const VectorXd& b) { return a.fullPivLu().solve(b); }
 

@@ -23,21 +23,6 @@ constexpr int times_faster = 8, longest_line = 40;
 /// Above the round-off of eigenvalues of 1, far below any growth that can be seen.
 constexpr double growth_tolerance = 1e-7;
 
-/// exp(A) by the series of A/2^k, squared k times.
-Eigen::MatrixXd exponentialOf(const Eigen::MatrixXd& a) {
-  int halvings = 0;
-  double size = a.cwiseAbs().rowwise().sum().maxCoeff();
-  for (; size > 0.25; size *= 0.5) ++halvings;
-  const Eigen::MatrixXd small = a * std::exp2(-halvings);
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Identity(a.rows(), a.cols()), term = sum;
-  for (int k = 1; k <= 14; ++k) {
-    term = term * small / k;
-    sum += term;
-  }
-  for (int k = 0; k < halvings; ++k) sum = sum * sum;
-  return sum;
-}
-
 class SampledLoop {
  public:
   SampledLoop(const Model& model, int faster) : rig_(model.rig), tilts_(model.rotor_model != RotorModel::rigid_mass) {
@@ -45,8 +30,8 @@ class SampledLoop {
     line_ = static_cast<int>(std::floor(rig_.controller.delay_s / period_ + 1e-9));
     rest_ = std::max(0.0, rig_.controller.delay_s - line_ * period_);
     pole_ = std::exp(-two_pi * rig_.controller.derivative_filter_hz * period_);
-    before_ = exponentialOf(rest_ * motion());
-    after_ = exponentialOf((period_ - rest_) * motion());
+    before_ = matrixExponential(rest_ * motion());
+    after_ = matrixExponential((period_ - rest_) * motion());
   }
 
   /// The largest growth of a motion from one sample to the next.

@@ -17,7 +17,7 @@ void bindMakeDataset(py::module_& m) {
         MadeDataset made;
         {
           const py::gil_scoped_release release;
-          made = makeDataset({seed, effects, strength, contact, out});
+          made = makeDataset({seed, effects, strength, contact, out, {}});
         }
         py::dict d;
         py::list hidden;

@@ -5,6 +5,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/model_loading.hpp"
 #include "amb_rotor/model/effect_file.hpp"
+#include "amb_rotor/model/magnet_dimensions.hpp"
 #include "amb_rotor/model/model_hash.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/model_rules.hpp"
@@ -156,6 +157,16 @@ void bindModel(py::module_& m) {
       py::arg("path"), "Reads an effect file into the catalogue of this program.");
   m.def("bearing_force", &bearingForce, py::arg("effect"), py::arg("values"), py::arg("position"), py::arg("velocity"),
         py::arg("current"), py::arg("angle_rad"), py::arg("speed_rad_s"), py::arg("time_s"));
+  m.def("magnet_pull", py::vectorize([](double windings, double pole_area_m2, double force_angle_rad, double current_A,
+                                        double air_gap_m) {
+          return MagnetDimensions{windings, pole_area_m2, force_angle_rad}.pull(current_A, air_gap_m);
+        }),
+        py::arg("windings"), py::arg("pole_area_m2"), py::arg("force_angle_rad"), py::arg("current_A"),
+        py::arg("air_gap_m"), "Of one magnet, along the axis [N]; number by number.");
+  m.def("magnet_flux_density", py::vectorize([](double windings, double current_A, double air_gap_m) {
+          return MagnetDimensions{windings, 0.0, 0.0}.fluxDensity(current_A, air_gap_m);
+        }),
+        py::arg("windings"), py::arg("current_A"), py::arg("air_gap_m"), "In the gap of one magnet [T]; number by number.");
   m.def("effect_catalogue", [] {
     py::list all;
     for (const auto& schema : effectCatalogue().all()) all.append(schemaDict(schema));

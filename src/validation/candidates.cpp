@@ -72,13 +72,6 @@ bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
   return any;
 }
 
-LocalState begunAnew(const LocalState& state) {
-  LocalState out;
-  out.angle_searches = state.angle_searches;
-  out.angle_rad = state.angle_rad;
-  return out;
-}
-
 namespace {
 
 /// What runs without contact know nothing of.

@@ -67,9 +67,6 @@ struct FitEffort {
 /// Puts back what is far from the belief, by its prior deviation. False: nothing is.
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance);
 
-/// A run's unknowns without the windows' starts and the offsets that a model has led to.
-LocalState begunAnew(const LocalState& state);
-
 class Candidates {
  public:
   Candidates(const Model& belief, const Dataset& dataset);

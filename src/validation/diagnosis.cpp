@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 #include "candidates.hpp"
 #include "diagnosis_words.hpp"
@@ -17,8 +18,6 @@
 namespace amb_rotor {
 namespace {
 
-/// Evidence (half the BIC's drop) below which an effect does not earn its place, whatever else.
-constexpr double least_evidence = 12.0;
 /// Share of the validation runs' chi2 that must fall.
 constexpr double least_validation_drop = 0.004;
 /// Share of the excess over the floor (1) that an effect must take there.
@@ -28,8 +27,6 @@ constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
 /// Share of the excess that a second effect must take for a third to be sought while structure is left.
 constexpr double worthwhile_share = 0.5;
-/// Of what the adopted effects leave above the floor a law of a few terms may leave so much to stand in their place.
-constexpr double law_margin = 0.8;
 /// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
 constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
@@ -40,26 +37,8 @@ constexpr int joint_iterations = 15;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
-/// Squares above the floor on the runs to validate without contact.
-double excess(const CandidateErrors& errors) {
-  const double error = errors.validation_error_free;
-  return error < 0.0 ? 0.0 : std::max(0.0, error * error - 1.0);
-}
-
 /// Effects adopted at most where a pair comes on top of the steps.
 constexpr int most_adopted = 4;
-
-/// Names with each candidate those whose evidence is within 3 % of its own, or 8.
-void markConfounded(std::vector<Candidate>& ranking) {
-  for (auto& one : ranking) {
-    one.confounded_with.clear();
-    if (!one.excited || one.evidence <= least_evidence) continue;
-    for (const auto& other : ranking)
-      if (other.effect != one.effect && other.excited &&
-          std::fabs(other.evidence - one.evidence) < std::max(8.0, 0.03 * one.evidence))
-        one.confounded_with.push_back(other.effect);
-  }
-}
 
 class Diagnoser {
  public:
@@ -92,8 +71,8 @@ class Diagnoser {
   bool structured() const;
   Unexplained unexplainedBy(const Trial& trial) const;
   bool lawLeavesLess(const Diagnosis& out);
-  void preferLaw(Diagnosis& out);
-  void scaleToAllWindows(CandidateErrors& errors);
+  void standBy(Diagnosis& out);
+  double sampledError();
   bool adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out);
 
   Candidates candidates_;
@@ -155,7 +134,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
     const bool rival = t.evidence > rival_share * trials[0].evidence;
     t.errors = candidates_.judge(t, contact, false, rival ? 1 : judged_stride);
-    if (contact && !rival) scaleToAllWindows(t.errors);
+    if (contact && !rival) scaleToAllWindows(t.errors, errors_.validation_error_contact, sampledError());
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references_.free.fit : references_.contact.fit;
     if (candidates_.haveContact())
@@ -165,14 +144,13 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
   return trials;
 }
 
-/// Errors through contact that were judged on some windows, in proportion to what the reference has on the same ones.
-void Diagnoser::scaleToAllWindows(CandidateErrors& errors) {
-  if (errors.validation_error_contact < 0.0 || errors_.validation_error_contact <= 0.0) return;
+/// Of the reference through contact, on the windows of `judged_stride`.
+double Diagnoser::sampledError() {
   if (sampled_error_ < 0.0) {
     Trial reference = references_.contact;
     sampled_error_ = candidates_.judge(reference, true, false, judged_stride).validation_error_contact;
   }
-  if (sampled_error_ > 0.0) errors.validation_error_contact *= errors_.validation_error_contact / sampled_error_;
+  return sampled_error_;
 }
 
 void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
@@ -280,17 +258,16 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
     Trial trial = candidates_.fit({effect}, &own, joint_.local, {contact ? Through::contact : Through::free, joint_iterations},
                                   contact ? &begin_.prior : nullptr);
     trial.evidence = candidates_.evidence(trial, begin_.of(trial));
-    for (auto& c : out.ranking) {
-      if (c.effect != effect.id || trial.evidence <= c.evidence) continue;
-      c.evidence = trial.evidence;
-      c.errors = candidates_.judge(trial, contact, false);
-      c.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
-      c.note.clear();
-    }
+    const auto was =
+        std::find_if(out.ranking.begin(), out.ranking.end(), [&](const Candidate& c) { return c.effect == effect.id; });
+    if (was == out.ranking.end() || trial.evidence <= was->evidence) continue;
+    Candidate anew = *was;
+    anew.evidence = trial.evidence;
+    anew.errors = candidates_.judge(trial, contact, false);
+    anew.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
+    anew.note.clear();
+    takeBetter(out.ranking, anew);
   }
-  std::stable_sort(out.ranking.begin(), out.ranking.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.evidence > b.evidence; });
-  markConfounded(out.ranking);
 }
 
 bool Diagnoser::clean() const {
@@ -319,19 +296,15 @@ bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;
   if (!law_) law_ = unexplainedBy(first_);
-  return !law_->terms.empty() && excess(out.baseline) * (1.0 - law_->held_out_gain) < law_margin * excess(errors_);
+  return amb_rotor::lawLeavesLess(out.baseline, *law_, errors_);
 }
 
-/// Such effects have only bent towards something that the catalogue does not hold: they are taken back.
-void Diagnoser::preferLaw(Diagnosis& out) {
-  for (const auto& step : out.steps) out.withdrawn.push_back(step.added);
-  out.steps.clear();
-  out.experiments.clear();
-  out.rivals.clear();
+/// The belief as it was, with the law beside it.
+void Diagnoser::standBy(Diagnosis& out) {
+  preferLaw(out, *law_);
   adopted_.clear();
   joint_ = first_;
   errors_ = out.baseline;
-  out.unexplained = *law_;
 }
 
 /// Two effects that only help together.
@@ -363,7 +336,7 @@ Diagnosis Diagnoser::run() {
   first_ = joint_;
   begin_ = references_;
   begin_.screen.reset();  // the starts' directions take much room
-  double before = excess(errors_);
+  double before = excessWithoutContact(errors_);
   for (int step = 0; step < options_.most_steps; ++step) {
     if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
@@ -388,11 +361,11 @@ Diagnosis Diagnoser::run() {
     while (withdraw(out)) {
     }
     if (clean()) break;
-    const double left = excess(errors_);
+    const double left = excessWithoutContact(errors_);
     if (step > 0 && left > (1.0 - worthwhile_share) * before && lawLeavesLess(out)) break;  // a third would only bend further
     before = left;
   }
-  if (structured() && !out.steps.empty() && lawLeavesLess(out)) preferLaw(out);
+  if (structured() && !out.steps.empty() && lawLeavesLess(out)) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
   if (structured()) {

@@ -41,6 +41,13 @@ void NormalEquations::add(const NormalEquations& other) {
   finite = finite && other.finite;
 }
 
+LocalState begunAnew(const LocalState& state) {
+  LocalState out;
+  out.angle_searches = state.angle_searches;
+  out.angle_rad = state.angle_rad;
+  return out;
+}
+
 FitProblem::FitProblem(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m)
     : recordings_(recordings), space_(space), offset_std_(offset_std_m) {
   for (const auto& coordinate : space.coordinates()) steps_.push_back(0.02 * coordinate.scale);

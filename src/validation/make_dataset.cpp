@@ -118,6 +118,8 @@ double meanSquare(const Signals& one, const Signals& other, const ChannelNoise& 
   return sum / (channels * double(std::max<std::size_t>(n, 1)));
 }
 
+bool isClean(const TrueMachine& machine) { return machine.model.effects.empty() && machine.law.law == Law::none; }
+
 /// One rig with its runs, while effects are put into it.
 class Bench {
  public:
@@ -133,12 +135,15 @@ class Bench {
   }
   double peakCurrent() const { return peak_current_A_; }
 
-  /// The machine's runs against the bare one's. Below 0: a run does not go as it should.
-  double difference(const TrueMachine& machine, bool all) const {
+  /// The machine's runs against the bare one's; through all of them it also hands them over. Below 0: a run does not go as
+  /// it should.
+  double difference(const TrueMachine& machine, std::vector<Signals>* all) const {
+    if (all != nullptr) all->resize(plans_.size());
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < plans_.size(); ++i) {
       const Run& run = plans_[i].run;
-      if (all || (run.use != RunUse::validate && !(run.holdsContact() && run.kind == RunKind::drop))) which.push_back(i);
+      if (all != nullptr || (run.use != RunUse::validate && !(run.holdsContact() && run.kind == RunKind::drop)))
+        which.push_back(i);
     }
     std::vector<double> squares(which.size());
     std::atomic<bool> sound{true};
@@ -146,12 +151,14 @@ class Bench {
       const RunPlan& plan = plans_[which[n]];
       const bool contact = plan.run.holdsContact();
       if (!sound) return;
-      const Signals signals = runMachine(machine, plan, nullptr);
+      Signals signals = isClean(machine) && !contact ? free_[which[n]] : runMachine(machine, plan, nullptr);
       if (!signals.sound || (!contact && signals.reach > most_reach)) {
         sound = false;
         return;
       }
-      squares[n] = meanSquare(signals, contact ? runWindows(bare_, plan, signals.window_start) : free_[which[n]], noise_);
+      if (!isClean(machine))
+        squares[n] = meanSquare(signals, contact ? runWindows(bare_, plan, signals.window_start) : free_[which[n]], noise_);
+      if (all != nullptr) (*all)[which[n]] = std::move(signals);
     });
     if (!sound) return -1.0;
     return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(squares.size()));
@@ -178,7 +185,7 @@ bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, Tru
   for (int i = 0; i < most_sizes; ++i) {
     TrueMachine trial{truth, {}};
     put(size, trial);
-    const double got = isStable(trial, topSpeedHz(truth)) ? bench.difference(trial, false) : -1.0;
+    const double got = isStable(trial, topSpeedHz(truth)) ? bench.difference(trial, nullptr) : -1.0;
     const double off = got > 0.0 ? std::fabs(std::log(got / wanted)) : 1e300;
     if (off < best) {
       best = off;
@@ -206,9 +213,27 @@ bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, Tru
   return true;
 }
 
+/// Those asked for. The rig and each run's plan are the same as in the whole set; its noise is not.
+void keepOnly(const std::vector<std::string>& ids, std::vector<RunPlan>& plans) {
+  std::vector<RunPlan> kept;
+  std::vector<Fault> faults;
+  for (const auto& id : ids) {
+    const auto at = std::find_if(plans.begin(), plans.end(), [&](const RunPlan& plan) { return plan.run.id == id; });
+    if (at == plans.end())
+      faults.push_back({"", 0, "runs", id, "there is no such run in the set"});
+    else
+      kept.push_back(*at);
+  }
+  if (faults.empty() && std::none_of(kept.begin(), kept.end(), [](const RunPlan& p) { return p.run.use == RunUse::fit; }))
+    faults.push_back({"", 0, "runs", "", "none of them is one to fit"});
+  if (!faults.empty()) throw InputError(faults);
+  plans = std::move(kept);
+}
+
 /// Tries one rig. False: it does not carry what is to be hidden.
-bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& folder, std::uint64_t seed,
-            MadeDataset& made) {
+bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOptions& options, MadeDataset& made) {
+  const std::string& folder = options.out;
+  const std::uint64_t seed = options.seed;
   const auto hides = [&](const char* id) {
     return std::find(secret.effects.begin(), secret.effects.end(), id) != secret.effects.end();
   };
@@ -221,6 +246,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
   const bool strong = hides("magnetic_nonlinearity") || hides("magnetic_saturation");
   const double amplitude = strong ? std::min(1.4 + 0.1 * attempt, 2.5) : 1.0;
   std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, amplitude);
+  if (!options.runs.empty()) keepOnly(options.runs, plans);
   if (!makeRubsTouch(machine, plans)) return false;
   const Instruments instruments = drawInstruments(dice);
   const Dice noise_dice = dice;
@@ -244,21 +270,20 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
     if (!putIn(bench, truth, secret.strengths.back(), put, machine)) return false;
   }
   if (!isStable(machine, top)) return false;
-  const bool clean = machine.model.effects.empty() && machine.law.law == Law::none;
-  made.difference = clean ? 0.0 : bench.difference(machine, true);
+  std::vector<Signals> quiet_runs;  // without noise in the loop
+  made.difference = bench.difference(machine, &quiet_runs);
   if (made.difference < 0.0) return false;
 
   const ChannelNoise noise = noiseOf(instruments, noise_dice, machine);  // an effect may leave less damping
   std::filesystem::create_directories(folder + "/runs");
   std::vector<LoopNoise> loops;
   for (const auto& plan : plans) loops.push_back(drawLoopNoise(dice, plan.samples, noise.loop_m));
-  std::vector<std::array<Signals, 2>> runs(plans.size());  // with the noise in the loop, and without
-  tbb::parallel_for(std::size_t{0}, 2 * plans.size(), [&](std::size_t n) {
-    runs[n / 2][n % 2] = runMachine(machine, plans[n / 2], n % 2 == 0 ? &loops[n / 2] : nullptr);
-  });
+  std::vector<Signals> runs(plans.size());
+  tbb::parallel_for(std::size_t{0}, plans.size(),
+                    [&](std::size_t n) { runs[n] = runMachine(machine, plans[n], &loops[n]); });
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const RunPlan& plan = plans[i];
-    const auto& [signals, quiet] = runs[i];
+    const Signals &signals = runs[i], &quiet = quiet_runs[i];
     if (!signals.sound || static_cast<long>(signals.angle.size()) != plan.samples) return false;
     if (!plan.run.holdsContact() && signals.touched) return false;
     const RecordedRun recorded = record(dice, signals, quiet, noise);
@@ -277,7 +302,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const std::string& fo
       if (std::find(made.depends_on.begin(), made.depends_on.end(), quantity) == made.depends_on.end())
         made.depends_on.push_back(quantity);
   }
-  made.verdict = own || !secret.law.empty() ? "unknown" : clean ? "none" : "effect";
+  made.verdict = own || !secret.law.empty() ? "unknown" : isClean(machine) ? "none" : "effect";
   writeDescription(folder, "blind-" + std::to_string(seed), made.belief, noise, plans);
   writeTruth(folder, made, machine.law, seed);
   return true;
@@ -291,7 +316,7 @@ MadeDataset makeDataset(const MakeDatasetOptions& options) {
   const Secret secret = drawSecret(dice, options);
   MadeDataset made;
   for (int i = 0; i < most_rigs; ++i)
-    if (tryRig(dice, secret, i, options.out, options.seed, made)) return made;
+    if (tryRig(dice, secret, i, options, made)) return made;
   std::string names = secret.law;
   for (const auto& id : secret.effects) names += (names.empty() ? "" : ", ") + id;
   throw InputError({{"", 0, "effect", names,

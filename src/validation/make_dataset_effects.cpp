@@ -64,7 +64,7 @@ std::vector<double> rotatingValues(const EffectDraw& draw, double size, const Mo
             rig.planes.amb[draw.uniform[1] < 0.5 ? 0 : 1] * between(draw, 2, 0.5, 1.0)};
   if (id == "shaft_bow")
     return {3e-6 * size * draw.normal[0], 3e-6 * size * draw.normal[1], phase(draw, 0)};
-  if (id == "shaft_crack") return {std::min(1.2, 0.05 * size), phase(draw, 0)};
+  if (id == "shaft_crack") return {0.05 * size, phase(draw, 0)};  // up to its limit
   std::vector<double> runout;  // sensor_runout
   for (int i = 0; i < 4; ++i) {
     runout.push_back(std::min(5e-5, 1e-6 * size * between(draw, i, 0.3, 1.0)));

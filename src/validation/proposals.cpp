@@ -12,7 +12,7 @@ namespace {
 /// Rivals of the chosen effect that are looked at, and experiments kept of a pair.
 constexpr std::size_t most_rivals = 4, kept = 3;
 /// Expected evidence below which an experiment does not part two models.
-constexpr double least_evidence = 12.0;
+constexpr double parting_evidence = 12.0;
 
 const Trial* find(const std::vector<Trial>& trials, const std::string& effect) {
   const auto at =
@@ -33,7 +33,7 @@ std::string sentenceOf(const std::vector<Experiment>& found) {
   char text[96];
   std::snprintf(text, sizeof text, " (%s): the wrong one leaves %.2g times the noise there",
                 found.front().name.c_str(), found.front().separation);
-  if (found.front().evidence < least_evidence)
+  if (found.front().evidence < parting_evidence)
     return "none of the runs tried would part it from " + other + "; the best of them is " +
            found.front().what + text;
   return "from " + other + ": " + found.front().what + text;

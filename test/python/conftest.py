@@ -11,6 +11,7 @@ import shlex
 import types
 
 import pytest
+import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -25,6 +26,18 @@ def tutorial_steps() -> list[tuple[str, list[str]]]:
         else:
             steps[-1][1].extend(body.splitlines())
     return steps
+
+
+def fewer_runs(folder: pathlib.Path, kept: tuple[str, ...], to: pathlib.Path) -> pathlib.Path:
+    """The data set with these of its runs only."""
+    to.mkdir(parents=True)
+    (to / "runs").symlink_to(folder / "runs")
+    head, runs = (folder / "dataset.yaml").read_text().split("\nruns:\n")
+    every = yaml.safe_load(runs)
+    assert set(kept) <= {run["id"] for run in every}
+    few = [run for run in every if run["id"] in kept]
+    (to / "dataset.yaml").write_text(f"{head}\nruns:\n{yaml.safe_dump(few, sort_keys=False)}")
+    return to
 
 
 @pytest.fixture(scope="session")

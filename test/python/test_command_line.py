@@ -54,7 +54,7 @@ def test_a_mistyped_subcommand_is_told_before_anything_is_built():
     assert run.returncode == 2 and "diagnos" in run.stderr and "cannot write" not in run.stderr
 
 
-@pytest.mark.parametrize("command", sorted(cli.available_commands()))
+@pytest.mark.parametrize("command", ["demo", "test"])  # with the tests built, and without
 def test_a_build_folder_that_cannot_be_written_is_named(command):
     run = subprocess.run([str(ROOT / "amb"), command], capture_output=True, text=True, check=False,
                          env={**os.environ, "AMB_ROTOR_BUILD_DIR": "/proc/amb_rotor_build"})
@@ -90,16 +90,16 @@ def test_benchmarks_are_built_as_amb_builds(monkeypatch):
 
 
 @pytest.mark.parametrize("command", sorted(cli.available_commands()))
-def test_each_subcommand_has_help_with_an_example(command):
-    run = amb(command, "--help")
-    assert run.returncode == 0, run.stderr
-    assert "--json" in run.stdout and f"example:\n  amb {command}" in run.stdout
+def test_each_subcommand_has_help_with_an_example(command, capsys):
+    assert cli.main([command, "--help"]) == 0
+    printed = capsys.readouterr().out
+    assert "--json" in printed and f"example:\n  amb {command}" in printed
 
 
 @pytest.mark.parametrize("command", sorted(cli.available_commands()))
-def test_a_bad_argument_is_bad_input(command):
-    run = amb(command, "--no-such-argument")
-    assert run.returncode == 2 and "Traceback" not in run.stderr
+def test_a_bad_argument_is_bad_input(command, capsys):
+    assert cli.main([command, "--no-such-argument"]) == 2
+    assert "Traceback" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("module", sorted(cli.available_commands().values()))

@@ -5,6 +5,7 @@ import json
 import pathlib
 
 import pytest
+from conftest import fewer_runs
 
 numpy = pytest.importorskip("numpy")
 pytest.importorskip("amb_rotor._core")
@@ -16,6 +17,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def test_the_demonstration_without_ros_says_so_and_goes_through(tmp_path, monkeypatch, capsys):
+    share = tmp_path / "share" / "config"
+    fewer_runs(ROOT / "config/tutorial/measured", ("chirp_1", "steady_2", "steady_3", "chirp_4", "steady_4", "coast_down_2"),
+               share / "tutorial/measured")
+    (share / "thesis").symlink_to(ROOT / "config/thesis")
+    (share / "tutorial/demo.yaml").symlink_to(ROOT / "config/tutorial/demo.yaml")
+    monkeypatch.setattr("amb_rotor.paths.share_folder", lambda: share.parent)
     monkeypatch.setattr(demo, "why_no_graph", lambda: "no ROS here")
     monkeypatch.setattr(demo, "CANDIDATES", ["cross_coupled_stiffness"])
     out = tmp_path / "demo"

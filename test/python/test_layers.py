@@ -36,7 +36,7 @@ ROS_HEADERS = re.compile(
     r"visualization_msgs|diagnostic_msgs|diagnostic_updater|dynamic_reconfigure|nodelet|pluginlib|"
     r"class_loader|message_filters|topic_tools|tf|tf2|tf2_ros|tf2_msgs|rviz|xmlrpcpp)/")
 # Instantiated once, in src/common: each file that does it too pays five to twenty seconds of compile time.
-DECOMPOSITIONS = re.compile(r"^Eigen/(Dense|Eigen|Eigenvalues|SVD|QR)$")
+DECOMPOSITIONS = re.compile(r"^(Eigen/(Dense|Eigen|Eigenvalues|SVD|QR)|unsupported/Eigen/MatrixFunctions)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
 

@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 import yaml
+from conftest import fewer_runs
 
 core = pytest.importorskip("amb_rotor._core")
 
@@ -152,12 +153,20 @@ def test_from_an_unknown_residual_to_an_adopted_effect_of_ones_own(tmp_path, mon
     def amb(*arguments):
         assert cli.main([str(a) for a in arguments]) == 0, arguments
 
-    amb("make-dataset", "--seed", 3, "--effect", "cubic_stiffness", "--strength", 6, "--out", "rig")
+    amb("make-dataset", "--seed", 3, "--effect", "cubic_stiffness", "--strength", 6, "--out", "made")
+    truth = yaml.safe_load(pathlib.Path("made/truth.yaml").read_text())["law"]
+    fewer_runs(tmp_path / "made", ("chirp_1", "chirp_3", "steady_1", "steady_3", "chirp_4", "steady_4"), tmp_path / "rig")
     # a catalogue without a name for it
     amb("diagnose", "rig", "--effect", "static_load", "--steps", 1, "--out", "unknown")
     unknown = json.loads(pathlib.Path("unknown/diagnosis.json").read_text())
     assert unknown["verdict"] == "unknown" and unknown["unexplained"]["depends_on"] == ["position"]
     assert unknown["baseline"]["validation_error"] > 2.0
+    terms = {row["term"]: row["coefficient"] for row in unknown["unexplained"]["terms"]}
+    assert terms["position_cube_N_per_m3"] < 0.0, "it pulls back"
+    if len(terms) == 1:
+        assert terms["position_cube_N_per_m3"] == pytest.approx(-truth["amount"], rel=0.3)  # of one linear step
+    # one linear step in the coefficients, not a refit, so not all of the error
+    assert unknown["unexplained"]["held_out_gain"] > 0.7
     amb("new-effect", "hardening", "--from", "unknown")
     amb("diagnose", "rig", "--effect-file", "hardening.yaml", "--effect", "static_load", "--effect", "hardening",
         "--steps", 1, "--out", "found")
@@ -167,6 +176,8 @@ def test_from_an_unknown_residual_to_an_adopted_effect_of_ones_own(tmp_path, mon
     assert found["ranking"][0]["effect"] == "hardening"
     # the goal of the project for runs without contact
     assert found["steps"][0]["validation_error"] < 1.15
+    sizes = found["steps"][0]["parameters"].values()
+    assert any(size["value"] < 0.0 and 0.0 < size["std"] < 0.1 * abs(size["value"]) for size in sizes), "the runs tell it"
     amb("adopt", "found", "--out", "model.yaml")
     pathlib.Path("hardening.yaml").unlink()  # the model holds the definition
     amb("compare", "model.yaml", "rig", "--limit", 1.15)

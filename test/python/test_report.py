@@ -18,22 +18,27 @@ needs_browser = pytest.mark.skipif(not (shutil.which("chromium") and shutil.whic
                                    reason="chromium or its driver is not installed")
 
 
-def in_browser(path: pathlib.Path, profile: pathlib.Path, look):
-    """Opens a page in headless Chromium; look(driver) while it is there. Returns the console's errors too."""
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A headless Chromium for all pages; its start takes longer than a page."""
     webdriver = pytest.importorskip("selenium.webdriver")
     options = webdriver.ChromeOptions()
     for flag in ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-                 "--disable-component-update", "--disable-sync", f"--user-data-dir={profile}", "--window-size=1240,1600"):
+                 "--disable-component-update", "--disable-sync", f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+                 "--window-size=1240,1600"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(service=webdriver.chrome.service.Service("/usr/bin/chromedriver"), options=options)
-    try:
-        driver.set_page_load_timeout(60)
-        driver.get(path.as_uri())
-        seen = look(driver)
-        return seen, [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
-    finally:
-        driver.quit()
+    driver.set_page_load_timeout(60)
+    yield driver
+    driver.quit()
+
+
+def in_browser(driver, path: pathlib.Path, look):
+    """Opens a page; look(driver) while it is there. Returns the console's errors since then too."""
+    driver.get_log("browser")  # what an earlier page left is taken away
+    driver.get(path.as_uri())
+    return look(driver), [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
 
 
 LOOK = """return {ready: document.body.dataset.ready, title: document.querySelector('h1').textContent,
@@ -45,7 +50,7 @@ LOOK = """return {ready: document.body.dataset.ready, title: document.querySelec
 
 
 @needs_browser
-def test_the_browser_draws_a_diagnosis_without_an_error(chain, tmp_path):
+def test_the_browser_draws_a_diagnosis_without_an_error(chain, browser):
     def look(driver):
         seen = driver.execute_script(LOOK)
         for select in driver.find_elements("css selector", ".picks select"):
@@ -54,7 +59,7 @@ def test_the_browser_draws_a_diagnosis_without_an_error(chain, tmp_path):
         seen["errors_of_plotly"] = driver.execute_script("return document.querySelectorAll('.plotly-notifier').length")
         return seen
 
-    seen, errors = in_browser(chain.folder / "out" / "diagnosis" / "report.html", tmp_path / "profile", look)
+    seen, errors = in_browser(browser, chain.folder / "out" / "diagnosis" / "report.html", look)
     assert not errors
     assert seen["ready"] == "yes" and "cross coupled stiffness" in seen["verdict"]
     assert seen["plots"] >= 10 and seen["drawn"] >= seen["plots"] and seen["empty"] == 0 and seen["axes"] == 0
@@ -64,10 +69,10 @@ def test_the_browser_draws_a_diagnosis_without_an_error(chain, tmp_path):
 
 
 @needs_browser
-def test_a_fault_in_the_page_would_be_seen(tmp_path):
+def test_a_fault_in_the_page_would_be_seen(tmp_path, browser):
     path = tmp_path / "broken.html"
     path.write_text("<body class=x><h1></h1><p class=verdict></p><script>nonsense();</script></body>")
-    _, errors = in_browser(path, tmp_path / "profile", lambda driver: None)
+    _, errors = in_browser(browser, path, lambda driver: None)
     assert errors
 
 
@@ -94,11 +99,11 @@ def hand_made() -> dict:
 
 
 @needs_browser
-def test_unknown_twins_and_contact_are_shown_and_text_is_text(tmp_path):
+def test_unknown_twins_and_contact_are_shown_and_text_is_text(tmp_path, browser):
     diagnosis = hand_made()
     revisions = [{"label": "believed", **diagnosis["baseline"]}, {"label": "+ static_load", **diagnosis["steps"][0]}]
     path = page.write_report(tmp_path / "r.html", "A <title>", "sub", [], diagnosis, revisions)
-    seen, errors = in_browser(path, tmp_path / "profile", lambda driver: driver.execute_script(LOOK))
+    seen, errors = in_browser(browser, path, lambda driver: driver.execute_script(LOOK))
     assert not errors and seen["title"] == "A <title>"
     for text in ("no name for", "</script><b>not a tag</b>", "slow roll", "not excited by these runs", "shaft bow",
                  "position, spin speed", "x * |x|^2"):

@@ -1,6 +1,7 @@
 """The runner of `amb test`: a failure, a crash or a hang is never lost in the sum."""
 from __future__ import annotations
 
+import functools
 import pathlib
 import stat
 import sys
@@ -57,8 +58,8 @@ def tree(tmp_path, monkeypatch):
     return tmp_path
 
 
-def google_program(tree: pathlib.Path, body: str) -> None:
-    path = tree / "build" / "test" / "test_unit"
+def google_program(tree: pathlib.Path, body: str, name: str = "test_unit") -> None:
+    path = tree / "build" / "test" / name
     path.write_text(f"#!{sys.executable}\nimport os, sys, time\n{body}\n")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
 
@@ -79,8 +80,17 @@ sys.exit(1)""")
     assert "1 is not 2" in shown and "built without ROS" in shown
 
 
+def test_the_longest_programs_begin_first_and_every_shard_is_run(tree):
+    for name in ("test_convergence", "test_unit", "test_validation"):
+        google_program(tree, "", name)
+    found = programs.google_tests(tree / "build", tree, programs.Selection(), shards=2)
+    assert [(one.name, one.environment["GTEST_SHARD_INDEX"]) for one in found] == [
+        (name, shard) for name in ("test_validation", "test_unit", "test_convergence") for shard in "01"]
+
+
 def test_a_hang_is_a_failure(tree, monkeypatch):
     monkeypatch.setitem(programs.TIME_LIMIT, "unit", 0.5)
+    monkeypatch.setattr(runner, "child", functools.partial(runner.child, patience=0.2))
     google_program(tree, "time.sleep(100)")
     summary = run()
     assert summary.failed == 1 and "ended after 0.5 s" in summary.results[0].message

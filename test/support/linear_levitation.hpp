@@ -1,7 +1,7 @@
 #pragma once
 // An independent model of a levitated rigid beam in discrete time, for tests: between instants the matrix
 // exponential of one linear system, at instants the controller's difference equations. It shares no code with
-// the machine but the structs of its inputs. No contact, linear bearings, constant speed.
+// the machine but the structs of its inputs (the exponential is Eigen's). No contact, linear bearings, constant speed.
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -10,24 +10,11 @@
 #include <set>
 #include <vector>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/model/model.hpp"
 #include "amb_rotor/model/scenario.hpp"
 
 namespace amb_rotor::testing_support {
-
-/// exp(A) by scaling and squaring of a Taylor series of degree 18.
-inline Eigen::MatrixXd matrixExponential(Eigen::MatrixXd a) {
-  const double size = a.cwiseAbs().rowwise().sum().maxCoeff();
-  const int squarings = size > 0.25 ? static_cast<int>(std::ceil(std::log2(size / 0.25))) : 0;
-  a /= std::pow(2.0, squarings);
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Identity(a.rows(), a.cols()), term = sum;
-  for (int k = 1; k <= 18; ++k) {
-    term = term * a / k;
-    sum += term;
-  }
-  for (int i = 0; i < squarings; ++i) sum = sum * sum;
-  return sum;
-}
 
 class LinearLevitation {
  public:

@@ -1,5 +1,6 @@
 #pragma once
 // Data sets that the generator makes once for all tests of a program: event-accurate runs with noise, and their truth.
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 
 #include "amb_rotor/validation/make_dataset.hpp"
 #include "amb_rotor/validation/recording.hpp"
+#include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
 
@@ -40,8 +42,10 @@ struct MadeSet {
   }
 };
 
-/// A set by its hidden effect or law ("none": nothing is hidden); made at the first call, gone with the program.
-inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, double strength, bool contact) {
+/// A set by its hidden effect or law ("none": nothing is hidden), or only some runs of it; made at the first call, gone with
+/// the program.
+inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, double strength, bool contact,
+                              const std::vector<std::string>& runs = {}) {
   struct Store {
     std::filesystem::path folder =
         std::filesystem::temp_directory_path() / ("amb_rotor_made_sets_" + std::to_string(::getpid()));
@@ -52,12 +56,13 @@ inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, dou
     }
   };
   static Store store;
-  const std::string name = hidden + "_" + std::to_string(seed) + (contact ? "_contact" : "");
+  std::string name = hidden + "_" + std::to_string(seed) + (contact ? "_contact" : "");
+  for (const auto& run : runs) name += "_" + run;
   auto& slot = store.sets[name];
   if (slot == nullptr) {
     slot = std::make_unique<MadeSet>();
     const std::string folder = (store.folder / name).string();
-    slot->made = makeDataset({seed, {hidden}, strength, contact, folder});
+    slot->made = makeDataset({seed, {hidden}, strength, contact, folder, runs});
     slot->dataset = readDataset(folder);
     slot->recordings = prepareRecordings(slot->dataset);
     slot->offset_std_m = slot->dataset.belief.uncertainty.at("sensor.offset_m");
@@ -72,14 +77,27 @@ inline Recording beginningOf(Recording rec, long samples) {
   return rec;
 }
 
-/// What tells the quantities apart that a law may depend on: chirps, three speeds, and one of each to validate. Half of
-/// what a set records.
-inline std::vector<Recording> runsThatTellLawsApart(const MadeSet& set) {
-  std::vector<Recording> some;
-  for (const char* id : {"chirp_1", "chirp_3", "steady_1", "steady_2", "steady_3", "chirp_4", "steady_4"})
-    some.push_back(set.recordings.at(set.indexOf(id)));
-  return some;
+/// What a model's channels show in a recording, in lanes: samples * predicted_channels.
+inline std::vector<double> predictedBy(const Model& model, const Recording& rec, double standstill_angle = 0.0) {
+  std::vector<double> out(rec.samples * predicted_channels);
+  std::vector<LaneJob> jobs = {jobOf(rec, model, standstill_angle)};
+  jobs[0].out = out.data();
+  predict(stretchOf(rec, model), jobs);
+  EXPECT_TRUE(jobs[0].finite) << rec.run.id;
+  return out;
 }
+
+/// The recording as it would be with another machine: what parts the two models is added, its noise stays.
+inline Recording asOf(const Model& other, const Model& model, Recording rec, double standstill_angle = 0.0) {
+  const std::vector<double> with = predictedBy(other, rec, standstill_angle),
+                            without = predictedBy(model, rec, standstill_angle);
+  for (std::size_t i = 0; i < with.size(); ++i) rec.measured[i] += with[i] - without[i];
+  return rec;
+}
+
+/// What tells the quantities apart that a law may depend on: chirps, three speeds, and one of each to validate.
+inline const std::vector<std::string> runs_that_tell_laws_apart = {"chirp_1",  "chirp_3", "steady_1", "steady_2",
+                                                                   "steady_3", "chirp_4", "steady_4"};
 
 inline std::vector<int> indicesToFit(const std::vector<Recording>& recordings) {
   std::vector<int> which;

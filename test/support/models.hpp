@@ -131,16 +131,21 @@ inline Scenario bearingsOff(Scenario scenario, double time_s, int end = -1, int 
   return scenario;
 }
 
+/// A constant current into the magnet of end a, axis x, for a while.
+inline Excitation currentPulse(double amplitude_A, double start_s, double duration_s) {
+  Excitation current;
+  current.kind = Excitation::Kind::current;
+  current.amplitude = amplitude_A;
+  current.start_s = start_s;
+  current.duration_s = duration_s;
+  return current;
+}
+
 /// A run in which every effect has something to act on: rotation with unbalance and gravity, tilting, a
 /// current that reaches its limit, and an impact with sliding.
 inline Scenario eventful() {
   Scenario scenario = from(constantSpeed(20.0, 0.03), {1e-5, 0.0, 1e-4, -2e-4}, {0.01, 0.0, 0.5, 0.0});
-  Excitation current;
-  current.kind = Excitation::Kind::current;
-  current.amplitude = 1.5;
-  current.start_s = 0.002;
-  current.duration_s = 0.003;
-  scenario.excitations.push_back(current);
+  scenario.excitations.push_back(currentPulse(1.5, 0.002, 0.003));
   Excitation impact;
   impact.waveform = Waveform::impulse;
   impact.amplitude = 600.0;

@@ -144,5 +144,26 @@ TEST(LinearAlgebra, WhatAMatrixLeavesFree) {
   EXPECT_LT(times(transposed(few), left).norm(), algebra_round_off);
 }
 
+TEST(LinearAlgebra, TheExponentialIsThatOfTheEigenvalues) {
+  // A = V D V^-1 with a pair -a +- iw as a block of D: exp(A) = V exp(D) V^-1, exp of the block is e^-a (cos w, -+sin w)
+  const double w = 2.3, a = 0.7;
+  const VectorXd rates = VectorXd::LinSpaced(size, -3.0, 1.0);
+  MatrixXd block = diagonal(rates), grown = MatrixXd::Zero(size, size);
+  for (int i = 2; i < size; ++i) grown(i, i) = std::exp(block(i, i));
+  block(0, 0) = block(1, 1) = -a;
+  block(1, 0) = w, block(0, 1) = -w;
+  grown(0, 0) = grown(1, 1) = std::exp(-a) * std::cos(w);
+  grown(1, 0) = std::exp(-a) * std::sin(w), grown(0, 1) = -grown(1, 0);
+  const MatrixXd v = general(), back = inverse(general());
+  EXPECT_LT(distance(matrixExponential(times(times(v, block), back)), times(times(v, grown), back)), algebra_round_off);
+  EXPECT_LT(distance(matrixExponential(MatrixXd::Zero(size, size)), one(size)), algebra_round_off);
+  // large: scaled and squared. Half of it twice is all of it
+  const MatrixXd half = matrixExponential(-20.0 * one(size) + 10.0 * times(times(v, block), back));
+  const MatrixXd whole = matrixExponential(-40.0 * one(size) + 20.0 * times(times(v, block), back));
+  // round-off grows with the exponent's size (some 100) and the vectors' condition (below 1e3)
+  EXPECT_LT(distance(times(half, half), whole), 1e-9 * whole.norm());
+  EXPECT_GT(whole.norm(), 0.0);
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -88,12 +88,7 @@ Scenario levitation() {
   force.start_s = 0.025;
   force.duration_s = 0.004;
   scenario.excitations.push_back(force);
-  Excitation current;
-  current.kind = Excitation::Kind::current;
-  current.amplitude = 0.2;
-  current.start_s = 0.03;
-  current.duration_s = 0.005;
-  scenario.excitations.push_back(current);
+  scenario.excitations.push_back(currentPulse(0.2, 0.03, 0.005));
   return scenario;
 }
 

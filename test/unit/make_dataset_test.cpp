@@ -29,7 +29,7 @@ class MakeDataset : public testing::Test {
 };
 
 TEST_F(MakeDataset, readsWithoutFaultsAndItsTruthPredictsItAtTheNoise) {
-  const MadeDataset made = makeDataset({11, {"cross_coupled_stiffness"}, 8.0, false, folder("a")});
+  const MadeDataset made = makeDataset({11, {"cross_coupled_stiffness"}, 8.0, false, folder("a"), {}});
   EXPECT_EQ(made.verdict, "effect");
   EXPECT_GT(made.difference, 4.0);
   const Dataset dataset = readDataset(folder("a"));
@@ -48,7 +48,7 @@ TEST_F(MakeDataset, readsWithoutFaultsAndItsTruthPredictsItAtTheNoise) {
 }
 
 TEST_F(MakeDataset, isTheSameForASeed) {
-  const MakeDatasetOptions options{5, {"none"}, 0.0, false, folder("a")};
+  const MakeDatasetOptions options{5, {"none"}, 0.0, false, folder("a"), {"step_1", "steady_2", "step_2"}};
   MakeDatasetOptions again = options;
   again.out = folder("b");
   makeDataset(options);
@@ -60,11 +60,11 @@ TEST_F(MakeDataset, isTheSameForASeed) {
     const auto other = fs::path(folder("b")) / fs::relative(entry.path(), folder("a"));
     EXPECT_EQ(readTextFile(entry.path().string()), readTextFile(other.string())) << entry.path();
   }
-  EXPECT_EQ(files, 14);
+  EXPECT_EQ(files, 5);
 }
 
 TEST_F(MakeDataset, contactRunsTouchAndALawOfNoCatalogueIsUnknown) {
-  const MadeDataset made = makeDataset({3, {"cubic_stiffness"}, 5.0, true, folder("a")});
+  const MadeDataset made = makeDataset({3, {"cubic_stiffness"}, 5.0, true, folder("a"), {}});
   EXPECT_EQ(made.verdict, "unknown");
   EXPECT_EQ(made.depends_on, std::vector<std::string>{"position"});
   EXPECT_TRUE(made.truth.effects.empty());
@@ -84,7 +84,10 @@ TEST_F(MakeDataset, contactRunsTouchAndALawOfNoCatalogueIsUnknown) {
 }
 
 TEST_F(MakeDataset, refusesWhatItDoesNotKnow) {
-  EXPECT_THROW(makeDataset({1, {"sensor_runnout"}, 0.0, false, folder("a")}), InputError);
+  EXPECT_THROW(makeDataset({1, {"sensor_runnout"}, 0.0, false, folder("a"), {}}), InputError);
+  EXPECT_THROW(makeDataset({1, {"none"}, 0.0, false, folder("a"), {"steady_1", "stedy_2"}}), InputError);
+  EXPECT_THROW(makeDataset({1, {"none"}, 0.0, false, folder("a"), {"steady_4"}}), InputError) << "none to fit";
+  EXPECT_FALSE(fs::exists(folder("a"))) << "nothing is written";
 }
 
 }  // namespace

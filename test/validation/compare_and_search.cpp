@@ -1,10 +1,11 @@
 // compare() on made recordings against its own definition, and the search for a law that no effect explains against the
-// law that is in the recordings (a cubic stiffness: law_effect.cpp).
+// law that is in the recordings (a cubic stiffness: test/python/test_new_effect.py).
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "../support/made_sets.hpp"
+#include "../support/own_effect.hpp"
 #include "amb_rotor/validation/compare.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 
@@ -60,7 +61,7 @@ TEST(CompareTest, WithoutRefittingTheModelStaysAsItIs) {
 /// Fits the belief to a set and searches its residual.
 Unexplained search(const MadeSet& set, double& error) {
   const FitSpace space(set.dataset.belief, {});
-  const std::vector<Recording> recordings = runsThatTellLawsApart(set);
+  const std::vector<Recording>& recordings = set.recordings;
   const FitProblem problem(recordings, space, set.offset_std_m);
   std::vector<LocalState> local(recordings.size());
   const FitResult result = fit(problem, space.start(), indicesToFit(recordings), local, {});
@@ -73,7 +74,7 @@ Unexplained search(const MadeSet& set, double& error) {
 constexpr double search_gain = 0.7;
 
 TEST(UnexplainedTest, FindsAQuadraticDamping) {
-  const MadeSet& set = madeSet(4, "quadratic_damping", 6.0, false);
+  const MadeSet& set = madeSet(4, "quadratic_damping", 6.0, false, runs_that_tell_laws_apart);
   double error = 0.0;
   const Unexplained found = search(set, error);
   EXPECT_GT(error, 2.0) << "there was something to explain";
@@ -81,6 +82,33 @@ TEST(UnexplainedTest, FindsAQuadraticDamping) {
   ASSERT_FALSE(found.terms.empty());
   for (const HypothesisTerm& term : found.terms) EXPECT_EQ(term.term.find("velocity"), 0u) << found.shape;
   EXPECT_GT(found.held_out_gain, search_gain);
+}
+
+TEST(UnexplainedTest, ALawThatTheHeldOutRunDoesNotShowIsNone) {
+  // a force in time that acts in the runs to fit: a law where it goes on in the run to validate, chance where it does not
+  const MadeSet& set = cleanSet();
+  const Model truth = set.truth();
+  Model hum = truth;
+  hum.effects.push_back({ownForce("test_passing_hum", 2.0, "c * cos(2 * pi * 61 * time)", "0").id, {2.0}});
+  for (const bool goes_on : {true, false}) {
+    SCOPED_TRACE(goes_on);
+    std::vector<Recording> recordings;
+    for (const char* id : {"chirp_1", "steady_1", "steady_2", "steady_4"}) {
+      const Recording rec = beginningOf(set.recordings.at(set.indexOf(id)), 4000);
+      recordings.push_back(goes_on || rec.run.use == RunUse::fit ? asOf(hum, truth, rec) : rec);
+    }
+    ASSERT_TRUE(recordings[2].run.use == RunUse::fit && recordings[3].run.use == RunUse::validate);
+    const FitSpace space(truth, {});
+    const std::vector<LocalState> local(recordings.size());
+    const Unexplained found = searchUnexplained(recordings, space, space.start(), local, set.offset_std_m);
+    EXPECT_EQ(found.terms.empty(), !goes_on) << found.shape;
+    EXPECT_EQ(found.depends_on.empty(), !goes_on);
+    if (goes_on) {
+      EXPECT_GT(found.held_out_gain, search_gain);
+    } else {
+      EXPECT_EQ(found.held_out_gain, 0.0);
+    }
+  }
 }
 
 }  // namespace

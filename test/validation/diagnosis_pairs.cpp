@@ -24,22 +24,21 @@ struct TwoEffects {
   std::filesystem::path folder;
   MadeDataset made;
   Dataset dataset;
-  TwoEffects(const std::string& one, const std::string& other, double strength)
+  TwoEffects(const std::string& one, const std::string& other, double strength, const std::vector<std::string>& runs)
       : folder(std::filesystem::temp_directory_path() /
                ("amb_rotor_pair_" + one + std::to_string(::getpid()))) {
-    made = makeDataset({71, {one, other}, strength, false, folder.string()});
+    made = makeDataset({71, {one, other}, strength, false, folder.string(), runs});
     dataset = readDataset(folder.string());
-    // the forces act in every run alike: a few show them
-    const std::set<std::string> few = {"chirp_1", "steady_1", "steady_2", "chirp_4", "steady_4"};
-    auto& runs = dataset.runs;
-    runs.erase(std::remove_if(runs.begin(), runs.end(), [&](const Run& run) { return few.count(run.id) == 0; }),
-               runs.end());
   }
   ~TwoEffects() {
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
   }
 };
+
+// The forces act in every run alike: a few show them.
+const std::vector<std::string> runs_that_turn = {"steady_1", "steady_2", "steady_4"},
+                               runs_with_a_chirp = {"chirp_1", "steady_2", "steady_4"};
 
 /// The goal of the project for runs without contact.
 constexpr double adopted_error = 1.15;
@@ -49,7 +48,7 @@ TEST(DiagnosisPairsTest, TwoThatNeitherAloneHelpsAreFoundTogether) {
   // (1/8)^2 / ((1/4) (17/16)) = 6 %, less than what an effect must earn
   ownForce("pair_plus", 7.4, "c * (0.25 * sin(195 * time) + sin(295 * time))", "0");
   ownForce("pair_minus", 7.4, "c * (0.25 * sin(195 * time) - sin(295 * time))", "0");
-  const TwoEffects set("pair_plus", "pair_minus", 12.0);
+  const TwoEffects set("pair_plus", "pair_minus", 12.0, runs_that_turn);
   DiagnosisOptions options;
   options.candidates = {"pair_plus", "pair_minus", "stiffness_anisotropy"};
   const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
@@ -76,7 +75,7 @@ TEST(DiagnosisPairsTest, AStepThatTheLaterOnesMakeNeedlessIsTakenBack) {
   ownForce("part_first", 5.7, "c * sin(195 * time)", "0");
   ownForce("part_second", 5.0, "c * sin(295 * time)", "0");
   ownForce("nearly_both", 1.0, "c * (sin(195 * time) + sin(295 * time) + 0.3 * sin(425 * time))", "0");
-  const TwoEffects set("part_first", "part_second", 8.0);
+  const TwoEffects set("part_first", "part_second", 8.0, runs_with_a_chirp);
   DiagnosisOptions options;
   options.candidates = {"part_first", "part_second", "nearly_both"};
   const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);

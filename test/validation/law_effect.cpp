@@ -1,16 +1,13 @@
 // Effects of files in the machine: equal to the effects of the catalogue that say the same, to a conserved energy and to a
-// closed form; and found by a diagnosis where nothing in the catalogue explains a recording.
+// closed form. (Found by a diagnosis where nothing in the catalogue explains a recording: test/python/test_new_effect.py.)
 #include <gtest/gtest.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "../support/made_sets.hpp"
 #include "../support/models.hpp"
 #include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/model/effect_file.hpp"
-#include "amb_rotor/validation/diagnosis.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -40,12 +37,7 @@ const EffectSchema& known(const std::string& id, const std::string& place, const
 /// A rotor that turns, tilts and is excited, without contact.
 Scenario lively() {
   Scenario scenario = from(constantSpeed(40.0, 0.05), {2e-5, 0.0, 1e-4, -2e-4}, {0.01, 0.0, 0.1, 0.0});
-  Excitation current;
-  current.kind = Excitation::Kind::current;
-  current.amplitude = 0.5;
-  current.start_s = 0.01;
-  current.duration_s = 0.02;
-  scenario.excitations.push_back(current);
+  scenario.excitations.push_back(currentPulse(0.5, 0.01, 0.02));
   return scenario;
 }
 
@@ -131,43 +123,6 @@ TEST(LawEffectTest, AForceOfFixedFrequencyHasItsForcedResponse) {
   const std::complex<double> exact = 2.0 * f / std::complex<double>(k - m * w * w, w * d);
   // by then the free motion has died away by exp(-300 * 0.15) = 1e-20; the integrator's tolerance is 1e-8
   EXPECT_NEAR(std::abs(response / exact - 1.0), 0.0, 1e-5);
-}
-
-TEST(LawEffectTest, ADiagnosisFindsALawOfNoCatalogueAndTakesItOnceItHasAName) {
-  const MadeSet& set = madeSet(3, "cubic_stiffness", 6.0, false);
-  DiagnosisOptions options;
-  options.candidates = {"stiffness_anisotropy"};
-  options.most_steps = 1;
-  const Diagnosis without = diagnose(set.dataset.belief, set.dataset, options);
-  EXPECT_EQ(without.verdict, "unknown");
-  const double before = without.baseline.validation_error;
-  EXPECT_GT(before, 2.0);
-  const Unexplained& law = without.unexplained;
-  EXPECT_EQ(law.depends_on, std::vector<std::string>{"position"});
-  const auto cube = std::find_if(law.terms.begin(), law.terms.end(),
-                                 [](const HypothesisTerm& t) { return t.term == "position_cube_N_per_m3"; });
-  ASSERT_NE(cube, law.terms.end()) << law.shape;
-  EXPECT_LT(cube->coefficient, 0.0) << "it pulls back";
-  const double amount = YAML::LoadFile(set.dataset.folder + "/truth.yaml")["law"]["amount"].as<double>();
-  if (law.terms.size() == 1) {
-    EXPECT_NEAR(cube->coefficient / -amount, 1.0, 0.3) << "of one linear step";
-  }
-  // one linear step in the coefficients, not a refit, so not all of the error
-  EXPECT_GT(law.held_out_gain, 0.7);
-  // the typical strength is the proposed one, as `amb new-effect` writes it
-  known("test_found", "magnetic_bearings", {"c"}, "c * (x^2 + y^2) * x * 1e12", "c * (x^2 + y^2) * y * 1e12");
-  options.candidates.push_back("test_found");
-  const Diagnosis with = diagnose(set.dataset.belief, set.dataset, options);
-  EXPECT_EQ(with.verdict, "effect");
-  ASSERT_EQ(with.steps.size(), 1u);
-  EXPECT_EQ(with.steps[0].added, "test_found");
-  EXPECT_EQ(with.ranking.at(0).effect, "test_found");
-  // goal of the project for runs without contact
-  EXPECT_LT(with.steps[0].errors.validation_error, 1.15);
-  const FittedParameter& c = with.steps[0].parameters.at(0);
-  EXPECT_LT(c.value, 0.0);
-  EXPECT_GT(c.std, 0.0);
-  EXPECT_LT(c.std, 0.1 * std::fabs(c.value)) << "the runs tell it";
 }
 
 }  // namespace

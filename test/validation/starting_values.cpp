@@ -5,41 +5,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../support/models.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/starts.hpp"
 
 namespace amb_rotor {
 namespace {
 
+using namespace testing_support;
+
 constexpr double bias = 2.5, peak_current = 1.2;
 
 Model belief() {
-  Model model;
-  auto& rig = model.rig;
-  rig.rotor.mass_kg = 4.0;
-  rig.rotor.transverse_inertia_kg_m2 = 0.03;
-  rig.rotor.polar_inertia_kg_m2 = 0.002;
-  for (int end = 0; end < 2; ++end) {
-    const double side = end == 0 ? -1.0 : 1.0;
-    rig.planes.amb[end] = side * 0.09;
-    rig.planes.sensor[end] = side * 0.11;
-    rig.planes.aux[end] = side * 0.13;
-  }
-  rig.amb.current_stiffness_N_per_A = 80.0;
-  rig.amb.displacement_stiffness_N_per_m = 2e5;
-  rig.amb.bias_current_A = bias;
-  rig.amb.air_gap_m = 5e-4;
-  rig.amb.bias_flux_density_T = 0.5;
-  rig.amb.amplifier_bandwidth_hz = 2000.0;
-  rig.amb.max_current_A = 5.0;
-  rig.controller.sample_rate_hz = 1e4;
-  rig.controller.kp_A_per_m = 9000.0;
-  rig.controller.delay_s = 1e-4;
-  rig.auxiliary_bearing.clearance_m = 2e-4;
-  rig.auxiliary_bearing.stiffness_N_per_m = 3e7;
-  rig.auxiliary_bearing.damping_N_s_per_m = 1500.0;
-  rig.auxiliary_bearing.friction_coefficient = 0.1;
-  rig.unbalance.push_back({0.0, 2e-5, 0.3});
+  Model model = withUnbalance(levitated(), 2e-5, 0.3);
+  model.rig.rotor.polar_inertia_kg_m2 = 0.002;
+  model.rig.amb.bias_current_A = bias;
   return model;
 }
 

@@ -59,6 +59,8 @@ Eigen::VectorXd solveLu(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 Eigen::VectorXcd solveLu(const Eigen::MatrixXcd& a, const Eigen::VectorXcd& b);
 Eigen::MatrixXcd solveLuColumns(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
+/// exp(A) of a square matrix, by Pade approximants after scaling (Higham 2005).
+Eigen::MatrixXd matrixExponential(const Eigen::MatrixXd& a);
 /// With complete pivoting: for matrices whose rows and columns differ in size by orders, or that may be
 /// singular.
 Eigen::VectorXd solveFullPivoting(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);

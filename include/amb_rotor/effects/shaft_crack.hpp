@@ -11,7 +11,7 @@ struct ShaftCrack {
   static EffectSchema schema() {
     return {"shaft_crack", "stiffness varies once a turn: 2X at half the critical speed",
             "rotation under a static load near half the critical speed",
-            {parameter("relative_depth", "1", 0.0, 1.5, 0.05, 0.0, "share of the net stiffness",
+            {parameter("relative_depth", "1", 0.0, 1.0, 0.05, 0.0, "share of the net stiffness",
                        ParameterRole::amplitude),
              parameter("phase_rad", "rad", -7.0, 7.0, 0.0, 0.0, "in the rotor", ParameterRole::phase)},
             false};

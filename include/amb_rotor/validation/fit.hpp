@@ -48,6 +48,9 @@ struct LocalState {
   double offset_m[4] = {0, 0, 0, 0}, drift_m[4] = {0, 0, 0, 0};  ///< drift: over the whole run
 };
 
+/// A run's unknowns without the windows' starts and the offsets that a model has led to.
+LocalState begunAnew(const LocalState& state);
+
 struct RunResult {
   double mean_square = 0.0;             ///< of the residual over the noise; 1 is the floor
   double window_mean_square = 0.0;

@@ -17,6 +17,7 @@ struct MakeDatasetOptions {
   double strength = 0.0;             ///< simulated difference over the noise, rms; 0: drawn from 2 to 20
   bool contact = false;              ///< with runs of kind rub and drop, also where no effect asks for them
   std::string out;                   ///< folder to write
+  std::vector<std::string> runs;     ///< only these of the set's runs, by id (chirp_1, steady_2, ...); empty: all
 };
 
 struct MadeDataset {
@@ -32,7 +33,7 @@ struct MadeDataset {
 std::vector<std::string> hiddenLaws();
 
 /// Makes and writes a data set; the same options give the same files.
-/// @throw InputError: an unknown effect, effects that no drawn rig can carry, a folder that cannot be written
+/// @throw InputError: an unknown effect, effects that no drawn rig can carry, a run that is not there or none to fit, a folder that cannot be written
 MadeDataset makeDataset(const MakeDatasetOptions& options);
 
 }  // namespace amb_rotor

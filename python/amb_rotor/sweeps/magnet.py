@@ -1,11 +1,10 @@
 """Force of one magnet over current and gap (kind `magnet_force` of amb-figure/1), thesis 3.16 and figure 3.9.
 
-F = N^2 mu0 A i^2/(4 g^2) cos f,  B = mu0 N i/(2 g): symbols, source and limits in model/magnet_dimensions.hpp. The
+F = N^2 mu0 A i^2/(4 g^2) cos f,  B = mu0 N i/(2 g): symbols, source and limits in model/magnet_dimensions.hpp, whose numbers these are. The
 iron is taken as infinitely permeable: where B is above what iron carries, the force is not reached. `iron_T` says where.
 """
 from __future__ import annotations
 
-import math
 import pathlib
 
 import numpy
@@ -15,19 +14,7 @@ from amb_rotor.errors import InputError
 
 KEYS = ("format", "name", "title", "source", "kind", "magnet", "iron_T", "current_A", "air_gap_m")
 MAGNET = ("windings", "pole_area_m2", "force_angle_rad")
-PERMEABILITY = 4e-7 * math.pi  # of the vacuum [V s/(A m)]
 LINES = 5  # currents that get a line of their own
-
-
-def flux_density(windings, current, gap):
-    """In the gap [T]."""
-    return PERMEABILITY * windings * current / (2.0 * gap)
-
-
-def pull(magnet: dict, current, gap):
-    """Along the axis of the bearing [N]."""
-    b = flux_density(magnet["windings"], current, gap)
-    return b ** 2 * magnet["pole_area_m2"] / PERMEABILITY * math.cos(magnet["force_angle_rad"])
 
 
 def read(path: pathlib.Path) -> dict:
@@ -54,12 +41,13 @@ def read(path: pathlib.Path) -> dict:
 
 
 def run_figure(args, path: pathlib.Path) -> int:
+    from amb_rotor import _core
     from amb_rotor.cli import common
     figure = read(path)
     folder = common.out_folder(args, "sweep", figure["name"])
     current, gap = numpy.meshgrid(figure["current_A"], figure["air_gap_m"], indexing="ij")
-    force = pull(figure["magnet"], current, gap)
-    density = flux_density(figure["magnet"]["windings"], current, gap)
+    force = _core.magnet_pull(**figure["magnet"], current_A=current, air_gap_m=gap)
+    density = _core.magnet_flux_density(figure["magnet"]["windings"], current, gap)
     carried = density <= figure["iron_T"]
     numbers = {"smallest_N": float(force.min()), "largest_N": float(force.max()), "largest_T": float(density.max()),
                "share_within_iron": float(carried.mean()), "largest_within_iron_N": float(force[carried].max(initial=0.0))}

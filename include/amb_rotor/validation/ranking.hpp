@@ -1,0 +1,33 @@
+#pragma once
+// What candidates' errors and evidence amount to: a diagnosis's arithmetic, apart from its fits. Errors are rms of residuals
+// over the noise (1: the floor), evidence is half the drop of the BIC.
+#include <vector>
+
+#include "amb_rotor/validation/diagnosis.hpp"
+
+namespace amb_rotor {
+
+/// Evidence below which an effect does not earn its place, whatever else.
+constexpr double least_evidence = 12.0;
+
+/// Squares above the floor on the runs to validate without contact; 0 where there are none.
+double excessWithoutContact(const CandidateErrors& errors);
+
+/// Names with each candidate those whose evidence is within 3 % of its own, or 8.
+void markConfounded(std::vector<Candidate>& ranking);
+
+/// A candidate of the ranking that was valued anew counts where its evidence has grown; order and twins follow.
+void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew);
+
+/// An error through contact that was judged on some windows, in proportion to what the reference has on all of them and on
+/// the same ones.
+void scaleToAllWindows(CandidateErrors& errors, double reference, double reference_sampled);
+
+/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far: at most 80 % of their
+/// excess, of which the held-out gain tells how much of the baseline's stays.
+bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, const CandidateErrors& adopted);
+
+/// Effects that have only bent towards a law are taken back, with what was said about them; the law stays.
+void preferLaw(Diagnosis& diagnosis, const Unexplained& law);
+
+}  // namespace amb_rotor

@@ -1,0 +1,117 @@
+// What a diagnosis makes of errors and evidence, on numbers written by hand.
+#include "amb_rotor/validation/ranking.hpp"
+
+#include <gtest/gtest.h>
+
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+namespace {
+
+Candidate ranked(const std::string& effect, double evidence) {
+  Candidate c;
+  c.effect = effect;
+  c.evidence = evidence;
+  return c;
+}
+
+CandidateErrors errorsOf(double free, double contact = -1.0) {
+  CandidateErrors errors;
+  errors.validation_error_free = free;
+  errors.validation_error_contact = contact;
+  return errors;
+}
+
+TEST(RankingTest, TheExcessIsWhatIsAboveTheNoise) {
+  EXPECT_DOUBLE_EQ(excessWithoutContact(errorsOf(3.0)), 8.0);
+  EXPECT_EQ(excessWithoutContact(errorsOf(0.98)), 0.0) << "below the floor is at the floor";
+  EXPECT_EQ(excessWithoutContact(errorsOf(-1.0, 3.0)), 0.0) << "no such runs";
+}
+
+TEST(RankingTest, ACandidateValuedAnewTakesItsPlaceOnlyWithMoreEvidence) {
+  std::vector<Candidate> ranking = {ranked("a", 500.0), ranked("b", 200.0), ranked("c", 195.0)};
+  markConfounded(ranking);
+  EXPECT_TRUE(ranking[0].confounded_with.empty());
+  EXPECT_EQ(ranking[1].confounded_with, std::vector<std::string>{"c"});
+  Candidate worse = ranked("b", 100.0);
+  worse.note = "anew";
+  takeBetter(ranking, worse);
+  EXPECT_EQ(ranking[1].effect, "b");
+  EXPECT_EQ(ranking[1].evidence, 200.0);
+  EXPECT_TRUE(ranking[1].note.empty());
+  Candidate better = ranked("c", 509.0);
+  better.note = "anew";
+  takeBetter(ranking, better);
+  ASSERT_EQ(ranking.size(), 3u);
+  EXPECT_EQ(ranking[0].effect, "c");
+  EXPECT_EQ(ranking[0].note, "anew");
+  EXPECT_EQ(ranking[0].confounded_with, std::vector<std::string>{"a"}) << "its twins are others now: 9 of 509";
+  EXPECT_EQ(ranking[1].confounded_with, std::vector<std::string>{"c"});
+  EXPECT_TRUE(ranking[2].confounded_with.empty()) << "b has lost its twin";
+}
+
+TEST(RankingTest, WithoutEvidenceNothingHasATwin) {
+  std::vector<Candidate> ranking = {ranked("a", least_evidence), ranked("b", 10.0)};
+  markConfounded(ranking);
+  EXPECT_TRUE(ranking[0].confounded_with.empty());
+  ranking[0].evidence = least_evidence + 1.0;
+  markConfounded(ranking);
+  EXPECT_EQ(ranking[0].confounded_with, std::vector<std::string>{"b"});
+  ranking[1].excited = false;
+  markConfounded(ranking);
+  EXPECT_TRUE(ranking[0].confounded_with.empty()) << "what the runs cannot show is nobody's twin";
+}
+
+TEST(RankingTest, AnErrorOnSomeWindowsIsScaledAsTheReferencesIs) {
+  // the reference has 3.0 on all windows and 2.0 on those looked at: these are easier by 1.5
+  CandidateErrors errors = errorsOf(1.1, 1.6);
+  scaleToAllWindows(errors, 3.0, 2.0);
+  EXPECT_DOUBLE_EQ(errors.validation_error_contact, 2.4);
+  EXPECT_EQ(errors.validation_error_free, 1.1);
+  scaleToAllWindows(errors, 3.0, -1.0);
+  EXPECT_DOUBLE_EQ(errors.validation_error_contact, 2.4) << "nothing to scale by";
+  CandidateErrors none = errorsOf(1.1);
+  scaleToAllWindows(none, 3.0, 2.0);
+  EXPECT_EQ(none.validation_error_contact, -1.0) << "no such runs";
+}
+
+TEST(RankingTest, ALawStandsWhereItLeavesLessThanTheEffectsAdopted) {
+  Unexplained law;
+  law.held_out_gain = 0.9;
+  // of the baseline's excess 8 the law leaves 0.8: less than 80 % of 1.25 (error 1.5), not of 0.69 (1.3)
+  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5))) << "there is none";
+  law.terms.push_back({"position_cube_N_per_m3", -1e12, 1e10});
+  EXPECT_TRUE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5)));
+  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.3)));
+
+  Diagnosis diagnosis;
+  diagnosis.steps = {{"static_load", {}, {}}, {"shaft_bow", {}, {}}};
+  diagnosis.withdrawn = {"sensor_runout"};
+  diagnosis.experiments.emplace_back();
+  diagnosis.rivals["shaft_bow"] = Model();
+  preferLaw(diagnosis, law);
+  EXPECT_EQ(diagnosis.withdrawn, (std::vector<std::string>{"sensor_runout", "static_load", "shaft_bow"}));
+  EXPECT_TRUE(diagnosis.steps.empty() && diagnosis.experiments.empty() && diagnosis.rivals.empty());
+  ASSERT_EQ(diagnosis.unexplained.terms.size(), 1u);
+  EXPECT_EQ(diagnosis.unexplained.terms[0].term, "position_cube_N_per_m3");
+}
+
+TEST(RankingTest, ARunBegunAnewKeepsItsAngleAlone) {
+  LocalState state;
+  state.angle_searches = 2;
+  state.angle_rad = 1.3;
+  state.window_start.resize(3);
+  state.window_response.resize(3);
+  state.window_at = Eigen::VectorXd::Ones(4);
+  state.offset_m[1] = 1e-6;
+  state.drift_m[2] = 2e-6;
+  const LocalState anew = begunAnew(state);
+  EXPECT_EQ(anew.angle_searches, 2);
+  EXPECT_EQ(anew.angle_rad, 1.3);
+  EXPECT_TRUE(anew.window_start.empty() && anew.window_response.empty());
+  EXPECT_EQ(anew.window_at.size(), 0);
+  for (int axis = 0; axis < 4; ++axis) EXPECT_TRUE(anew.offset_m[axis] == 0.0 && anew.drift_m[axis] == 0.0) << axis;
+}
+
+}  // namespace
+}  // namespace amb_rotor
