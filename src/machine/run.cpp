@@ -63,6 +63,12 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
   }
 }
 
+/// A rotor that bends has modes so fast that the event stepper is slow, whatever else the machine has. A rigid one stays
+/// with the event stepper.
+bool inModes(const Machine<double>& machine, const RunOptions& options) {
+  return options.modal && machine.isFlexible();
+}
+
 /// Largest distance of the rotor from the stator's axis at the six planes [m]. Not a number where one of them is.
 double largestRadius(const Machine<double>& machine, const double* mechanics) {
   double largest = 0.0;
@@ -126,7 +132,7 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
     outcome.status = RunStatus::integration_failed;
     outcome.reason = "run-in: " + stepper.result().reason();
   };
-  if (options.modal)
+  if (inModes(machine, options))
     run(ModalStepper(machine, options.relative_tolerance));
   else
     run(EventStepper(machine, options.relative_tolerance));
@@ -183,8 +189,6 @@ void follow(const Simulator<double>& sim, const Scenario& scenario, MachineState
   }
   if constexpr (std::is_same_v<std::decay_t<Stepper>, ModalStepper>)
     run.outcome.path = stepper.taken().text();
-  else
-    run.outcome.path = "event stepper (asked for)";
 }
 
 }  // namespace
@@ -209,10 +213,12 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
     startAsGiven(machine, scenario, state);
   }
   run.trajectory.clearance_m = model.rig.auxiliary_bearing.clearance_m;
-  if (options.modal)
+  if (inModes(machine, options)) {
     follow(sim, scenario, state, ModalStepper(machine, options.relative_tolerance), run);
-  else
+  } else {
     follow(sim, scenario, state, EventStepper(machine, options.relative_tolerance), run);
+    run.outcome.path = options.modal ? "event stepper (the rotor does not bend)" : "event stepper (asked for)";
+  }
   run.final_state = std::move(state);
   return run;
 }

@@ -240,6 +240,7 @@ TEST(ModalStepper, TheProgramTakesItForAFlexibleRotorAndSaysSo) {
   const Simulation general = simulate(model, scenario, options);
   EXPECT_EQ(modal.outcome.path, "modal coordinates");
   EXPECT_NE(general.outcome.path.find("event stepper"), std::string::npos);
+  EXPECT_NE(simulate(levitated(), constantSpeed(100.0, 1e-3)).outcome.path.find("does not bend"), std::string::npos);
   ASSERT_EQ(modal.trajectory.time_s.size(), general.trajectory.time_s.size());
   double moved = 0.0;
   for (int axis = 0; axis < 4; ++axis)
