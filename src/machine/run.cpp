@@ -148,7 +148,7 @@ namespace {
 
 /// The run itself: fills trajectory and outcome.
 template <class Stepper>
-void follow(const Simulator<double>& sim, const Scenario& scenario, MachineState<double>& state, Stepper&& stepper,
+void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineState<double>& state, Stepper&& stepper,
             Simulation& run) {
   const Machine<double>& machine = sim.machine();
   Trajectory& out = run.trajectory;
@@ -214,9 +214,9 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   }
   run.trajectory.clearance_m = model.rig.auxiliary_bearing.clearance_m;
   if (inModes(machine, options)) {
-    follow(sim, scenario, state, ModalStepper(machine, options.relative_tolerance), run);
+    fillRun(sim, scenario, state, ModalStepper(machine, options.relative_tolerance), run);
   } else {
-    follow(sim, scenario, state, EventStepper(machine, options.relative_tolerance), run);
+    fillRun(sim, scenario, state, EventStepper(machine, options.relative_tolerance), run);
     run.outcome.path = options.modal ? "event stepper (the rotor does not bend)" : "event stepper (asked for)";
   }
   run.final_state = std::move(state);
