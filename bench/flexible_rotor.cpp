@@ -1,5 +1,6 @@
 // The thesis's flexible rotor (31 nodes, 62 modes a plane, none left out) on its sampled magnetic bearings,
 // and the same rotor with 24 modes (12 a plane) rubbing, in modal coordinates (machine/modal_stepper.hpp).
+// And what `amb simulate` makes of the first of them: settled, recorded at every sample.
 // Counters: simulated seconds a second, steps, and the error of the ends' places over the clearance against
 // the event stepper over a shorter run.
 #include <benchmark/benchmark.h>
@@ -83,6 +84,26 @@ void levitated(benchmark::State& state) {
   state.counters["modes"] = 2.0 * setting.machine.rotor().modes();
 }
 BENCHMARK(levitated)->Name("levitated_unreduced");
+
+/// The same rotor through simulate(), which `amb simulate` calls: the machine is read, run in for 0.1 s and recorded.
+void simulated(benchmark::State& state) {
+  const Model model = rotor(0, 1e-5);
+  Scenario scenario;
+  scenario.duration_s = 2.0;
+  scenario.record_rate_hz = 5000.0;
+  scenario.speed.start_hz = 100.0;
+  RunOptions options;
+  options.settle_s = 0.1;
+  for (auto _ : state) {
+    const Simulation run = simulate(model, scenario, options);
+    AMB_ROTOR_CHECK(run.outcome.path == "modal coordinates", run.outcome.path);
+    benchmark::DoNotOptimize(run.trajectory.time_s.data());
+  }
+  state.counters["times_real_time"] =
+      benchmark::Counter(scenario.duration_s, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["modes"] = 2.0 * static_cast<double>(model.flexible.mass.size());
+}
+BENCHMARK(simulated)->Name("amb_simulate_unreduced");
 
 void rubbing(benchmark::State& state) {
   constexpr double length_s = 0.1, compared_s = 0.01;

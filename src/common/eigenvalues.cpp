@@ -33,7 +33,13 @@ VectorXd generalizedSymmetricEigenvalues(const MatrixXd& s, const MatrixXd& p) {
 }
 
 GeneralEigen generalEigen(const MatrixXd& a) {
-  const Eigen::EigenSolver<MatrixXd> solver(a);
+  Eigen::EigenSolver<MatrixXd> solver(a);
+  // a rotor that turns slowly has its eigenvalues in close pairs: Francis's iteration may take its 40 passes a row and
+  // want more
+  if (solver.info() == Eigen::NoConvergence) {
+    solver.setMaxIterations(static_cast<Eigen::Index>(4000) * a.rows());
+    solver.compute(a);
+  }
   return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
 }
 

@@ -73,6 +73,14 @@ void Schedule::forces(double time, double since, std::vector<Vec2<double>>& out)
     }
 }
 
+bool Schedule::forcesOn(double since) const {
+  for (const auto& e : excitations_)
+    if (e.kind == Excitation::Kind::force && isOn(e.start_s, e.duration_s, since)) return true;
+  for (const auto& f : faults_)
+    if (isForce(f) && isOn(f.start_s, f.duration_s, since)) return true;
+  return false;
+}
+
 void Schedule::unbalanceFactors(double time, double since, std::vector<double>& out) const {
   out.clear();
   for (const auto& f : faults_)

@@ -4,29 +4,22 @@
 #include <cmath>
 
 #include "amb_rotor/common/check.hpp"
+#include "amb_rotor/integration/dense_products.hpp"
 
 namespace amb_rotor {
 namespace {
 
-constexpr int points = LinearFlow::nodes;
-constexpr int flow_iterations = 14;
-/// Error of Gauss's rule for a force that begins as t^1.5 (Hertz): 1.2e-4 of its impulse, 4.8e-4 of what that
-/// moves, over the square of the third Legendre component's share of the mean, 0.027. For smooth forces the
-/// product is of order 6.
-constexpr double roughness = 0.5;
 /// An error below this part of the tolerance lets the step be doubled: the estimate is of order 7.
 constexpr double grow_below = 0.3 / 128.0;
 /// Shortest look ahead in flight [s].
 constexpr double shortest_look_s = 5e-7;
-/// Iterations end where w changes by less than this part of the tolerance: what is left is their contraction,
-/// a tenth or less, of it.
-constexpr double converged = 0.5;
 
 }  // namespace
 
 ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, const Options& options)
     : flow_(flow), contacts_(contacts), options_(options) {
-  AMB_ROTOR_CHECK(flow.outputs() == per_end * ends, "four outputs and two forces an end");
+  AMB_ROTOR_CHECK(flow.outputs() == rows && flow.inputs() >= end_inputs,
+                  "four outputs and two forces an end");
   for (auto& table : table_) table = flow.emptyTable();
   own_ = flow.emptyTable();
   const int size = flow.size(), modes = flow.modes();
@@ -41,7 +34,8 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   w_.setZero((points + 1) * rows);
   start_w_.setZero(rows);
   u_.setZero(flow.inputs() * points);
-  last_u_ = u_;
+  last_u_ = evaluated_ = u_;
+  pushed_.setZero(flow.inputs() - end_inputs);
   before_ = w_;
   guards_.setZero(points * ends);
   start_guards_.setZero(ends);
@@ -54,29 +48,55 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
       speed_weight_(e, k) = std::sqrt(c(vx, k) * c(vx, k) + c(vx, modes + k) * c(vx, modes + k) +
                                       c(vy, k) * c(vy, k) + c(vy, modes + k) * c(vy, modes + k));
   }
-  drive.rest.setZero(size);
-  drive.cosine = drive.sine = drive.decay = drive.rest;
-  drive.drift.setZero(zeros);
-  drive.place.setZero(rows);
+  for (int k = 0; k < modes; ++k)
+    if (flow.eigenvalues()[k].real() > 0.0) growing_.push_back(k);
+  Drive still;
+  still.rest = still.cosine = still.sine = Eigen::VectorXd::Zero(size);
+  still.drift.setZero(zeros);
+  still.place.setZero(rows);
+  still.rest_by.setZero(size, 0);
+  still.decay_by.setZero(size, 0);
+  still.drift_by.setZero(zeros, 0);
+  setDrive(still);
 }
 
-void ContactFlow::prepare() {
+void ContactFlow::setDrive(const Drive& drive) {
+  drive_ = drive;
   const Eigen::MatrixXd& c = flow_.outputMatrix();
-  kept_[0].noalias() = c * drive.rest;
-  kept_[0] += drive.place;
-  kept_[1].noalias() = c * drive.cosine;
-  kept_[2].noalias() = c * drive.sine;
-  kept_[3].noalias() = c * drive.decay;
-  const int zeros = static_cast<int>(drive.drift.size());
-  if (zeros > 0) {
-    drift_[0].noalias() = c.rightCols(zeros) * drive.drift;
-    for (int o = 0; o < c.rows(); ++o) {
-      double sum = 0.0;
-      for (int i = 0; i < zeros; ++i)
-        for (int j = 0; j < zeros; ++j)
-          sum += c(o, 2 * flow_.modes() + i) * flow_.chain()(i, j) * drive.drift[j];
-      drift_[1][o] = 0.5 * sum;
-    }
+  rest_output_ = c * drive_.rest + drive_.place;
+  rest_outputs_ = c * drive_.rest_by;
+  decay_outputs_ = c * drive_.decay_by;
+  kept_[1] = c * drive_.cosine;
+  kept_[2] = c * drive_.sine;
+  rest_now_ = drive_.rest;
+  drift_now_ = drive_.drift;
+  decay_now_.setZero(flow_.size());
+}
+
+void ContactFlow::begin(double angle, const double* held, const double* excess, const Pushes* pushes) {
+  angle_ = angle;
+  pushes_ = pushes;
+  if (pushes == nullptr) u_.tail((flow_.inputs() - end_inputs) * points).setZero();
+  const Eigen::Map<const Eigen::VectorXd> hold(held, drive_.rest_by.cols()),
+      over(excess, drive_.decay_by.cols());
+  rest_now_ = drive_.rest;
+  product(drive_.rest_by.data(), flow_.size(), hold.size(), held, rest_now_.data(), true);
+  product(drive_.decay_by.data(), flow_.size(), over.size(), excess, decay_now_.data(), false);
+  kept_[0] = rest_output_;
+  kept_[0].noalias() += rest_outputs_ * hold;
+  kept_[3].noalias() = decay_outputs_ * over;
+  const int zeros = static_cast<int>(drive_.drift.size());
+  if (zeros == 0) return;
+  const Eigen::MatrixXd& c = flow_.outputMatrix();
+  drift_now_ = drive_.drift;
+  drift_now_.noalias() += drive_.drift_by * hold;
+  drift_[0].noalias() = c.rightCols(zeros) * drift_now_;
+  for (int o = 0; o < c.rows(); ++o) {
+    double sum = 0.0;
+    for (int i = 0; i < zeros; ++i)
+      for (int j = 0; j < zeros; ++j)
+        sum += c(o, 2 * flow_.modes() + i) * flow_.chain()(i, j) * drift_now_[j];
+    drift_[1][o] = 0.5 * sum;
   }
 }
 
@@ -87,21 +107,25 @@ const LinearFlow::Table& ContactFlow::ladder(int level) {
 }
 
 void ContactFlow::keptUp(double time, double* w) const {
-  const double angle = drive.angle + drive.speed * time, c = std::cos(angle), s = std::sin(angle),
-               d = drive.rate > 0.0 ? std::exp(-drive.rate * time) : 0.0;
+  const double angle = angle_ + drive_.speed * time, c = std::cos(angle), s = std::sin(angle),
+               d = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
   for (int o = 0; o < rows; ++o) w[o] = kept_[0][o] + c * kept_[1][o] + s * kept_[2][o] + d * kept_[3][o];
 }
 
 void ContactFlow::outputs(const double* s, double* w) const {
-  Eigen::Map<Eigen::VectorXd>(w, rows).noalias() =
-      flow_.outputMatrix() * Eigen::Map<const Eigen::VectorXd>(s, flow_.size());
+  product(flow_.outputMatrix().data(), rows, flow_.size(), s, w, false);
 }
 
-void ContactFlow::whole(double time, const double* s, Eigen::VectorXd& out) const {
-  const double angle = drive.angle + drive.speed * time;
-  out = Eigen::Map<const Eigen::VectorXd>(s, flow_.size());
-  out += drive.rest + std::cos(angle) * drive.cosine + std::sin(angle) * drive.sine;
-  if (drive.rate > 0.0) out += std::exp(-drive.rate * time) * drive.decay;
+void ContactFlow::whole(double time, const Eigen::VectorXd& own, Eigen::VectorXd& out) const {
+  const double angle = angle_ + drive_.speed * time,
+               d = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
+  out = own + rest_now_ + std::cos(angle) * drive_.cosine + std::sin(angle) * drive_.sine + d * decay_now_;
+}
+
+void ContactFlow::own(double time, const Eigen::VectorXd& whole, Eigen::VectorXd& out) const {
+  const double angle = angle_ + drive_.speed * time,
+               d = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
+  out = whole - rest_now_ - std::cos(angle) * drive_.cosine - std::sin(angle) * drive_.sine - d * decay_now_;
 }
 
 double ContactFlow::guard(int end, const double* w, int mode, double* u) const {
@@ -111,35 +135,39 @@ double ContactFlow::guard(int end, const double* w, int mode, double* u) const {
     const double gap = options_.clearance - std::sqrt(at[0] * at[0] + at[1] * at[1]);
     if (gap > 0.0) return gap;
     double unused[2];
-    return -contacts_.force(end, at, unused);
+    EndContacts::Normal none;
+    return -contacts_.force(end, at, unused, none);
   }
-  return contacts_.force(end, at, u);
+  EndContacts::Normal none;
+  return contacts_.force(end, at, u, none);
 }
 
-double ContactFlow::speedBound(int end, const double* s, double horizon) const {
+void ContactFlow::speedBounds(const double* s, double horizon, double bound[ends]) const {
   const int modes = flow_.modes(), zeros = flow_.size() - 2 * modes;
-  double sum = 0.0;
-  for (int k = 0; k < modes; ++k) {
-    const double growth = flow_.eigenvalues()[k].real();
-    const double size = speed_weight_(end, k) * (std::abs(s[k]) + std::abs(s[modes + k]));
-    sum += growth > 0.0 ? size * std::exp(growth * horizon) : size;
-  }
-  // a drift is even or evenly accelerated
-  const int vx = per_end * end + 2;
+  Eigen::Matrix<double, ends, 1> sum = Eigen::Matrix<double, ends, 1>::Zero();
+  for (int k = 0; k < modes; ++k)
+    sum += speed_weight_.col(k).head<ends>() * (std::abs(s[k]) + std::abs(s[modes + k]));
+  for (int k : growing_)
+    sum += speed_weight_.col(k).head<ends>() *
+           ((std::abs(s[k]) + std::abs(s[modes + k])) * std::expm1(flow_.eigenvalues()[k].real() * horizon));
   const double* z = s + 2 * modes;
-  double speed[2] = {0.0, 0.0}, change[2] = {0.0, 0.0};
-  for (int i = 0; i < zeros; ++i) {
-    double rate = drive.drift[i];
-    for (int j = 0; j < zeros; ++j) rate += flow_.chain()(i, j) * z[j];
-    for (int axis = 0; axis < 2; ++axis) {
-      const double c = flow_.outputMatrix()(vx + axis, 2 * modes + i);
-      speed[axis] += c * z[i];
-      change[axis] += c * rate;
+  for (int end = 0; end < ends; ++end) {
+    bound[end] = sum[end];
+    // a drift is even or evenly accelerated
+    const int vx = per_end * end + 2;
+    double speed[2] = {0.0, 0.0}, change[2] = {0.0, 0.0};
+    for (int i = 0; i < zeros; ++i) {
+      double rate = drift_now_[i];
+      for (int j = 0; j < zeros; ++j) rate += flow_.chain()(i, j) * z[j];
+      for (int axis = 0; axis < 2; ++axis) {
+        const double c = flow_.outputMatrix()(vx + axis, 2 * modes + i);
+        speed[axis] += c * z[i];
+        change[axis] += c * rate;
+      }
     }
+    if (zeros > 0) bound[end] += std::hypot(speed[0], speed[1]) + horizon * std::hypot(change[0], change[1]);
+    for (int k = 1; k < 4; ++k) bound[end] += std::hypot(kept_[k][vx], kept_[k][vx + 1]);
   }
-  sum += std::hypot(speed[0], speed[1]) + horizon * std::hypot(change[0], change[1]);
-  for (int k = 1; k < 4; ++k) sum += std::hypot(kept_[k][vx], kept_[k][vx + 1]);
-  return sum;
 }
 
 bool ContactFlow::flight(double& time, double length, double* s, const int* mode, int& event_end) {
@@ -171,15 +199,11 @@ bool ContactFlow::flight(double& time, double length, double* s, const int* mode
   double passed = 0.0, before = 0.0;
   see(0.0);
   for (;;) {
-    double step = span - passed;
     int touching = -1;
+    double g[ends];
     for (int e = 0; e < ends; ++e) {
-      const double g = guard(e, w, mode[e], u);
-      if (g < -threshold()) touching = e;
-      const double horizon = std::min(step, 1e-3);
-      const double bound = speedBound(e, at, horizon);
-      step = std::min(step, std::max({shortest_look_s, g / bound, 0.0}));
-      if (g < bound * (span - passed)) step = std::min(step, horizon);  // the bound holds no longer
+      g[e] = guard(e, w, mode[e], u);
+      if (g[e] < -threshold()) touching = e;
     }
     if (touching >= 0) {
       if (passed == 0.0) {  // it carries from the start
@@ -193,9 +217,9 @@ bool ContactFlow::flight(double& time, double length, double* s, const int* mode
         const double* at_end = w + per_end * touching;
         const double distance = std::sqrt(at_end[0] * at_end[0] + at_end[1] * at_end[1]);
         const double depth = distance - options_.clearance;
-        const double g = guard(touching, w, 0, u);
-        if (std::abs(g) < threshold() || high - low < 1e-15) break;
-        (g > 0.0 ? low : high) = t;
+        const double gap = guard(touching, w, 0, u);
+        if (std::abs(gap) < threshold() || high - low < 1e-15) break;
+        (gap > 0.0 ? low : high) = t;
         const double rate = (at_end[0] * at_end[2] + at_end[1] * at_end[3]) / distance;
         double next = t - depth / rate;
         if (!(next > low && next < high)) next = 0.5 * (low + high);
@@ -207,6 +231,13 @@ bool ContactFlow::flight(double& time, double length, double* s, const int* mode
       return true;
     }
     if (passed >= span) break;
+    double step = span - passed, bound[ends];
+    const double horizon = std::min(step, 1e-3);
+    speedBounds(at, horizon, bound);
+    for (int e = 0; e < ends; ++e) {
+      step = std::min(step, std::max({shortest_look_s, g[e] / bound[e], 0.0}));
+      if (g[e] < bound[e] * (span - passed)) step = std::min(step, horizon);  // the bound holds no longer
+    }
     before = passed;
     passed = std::min(span, passed + step);
     if (span - passed < 1e-15) passed = span;
@@ -217,127 +248,12 @@ bool ContactFlow::flight(double& time, double length, double* s, const int* mode
   return false;
 }
 
-void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
-  const double* x = LinearFlow::abscissae();
-  u_.setZero();
-  for (int e = 0; e < ends; ++e) {
-    if (mode[e] == 0) continue;
-    for (int i = 0; i < points; ++i) {
-      double* u = &u_[LinearFlow::column(2 * e, i)];
-      if (last_h_ <= 0.0) {
-        contacts_.force(e, &free_[i * rows + per_end * e], u);
-        continue;
-      }
-      double weight[points];
-      LinearFlow::interpolation((last_ended_ ? 1.0 : 0.0) + x[i] * table.h / last_h_, weight);
-      for (int j = 0; j < points; ++j) {
-        const double* last = &last_u_[LinearFlow::column(2 * e, j)];
-        u[0] += weight[j] * last[0];
-        u[1] += weight[j] * last[1];
-      }
-    }
-  }
-}
-
-void ContactFlow::push(const LinearFlow::Table& table, const int* mode, int point) {
-  Outputs w = Eigen::Map<const Outputs>(&free_[point * rows]);
-  for (int e = 0; e < ends; ++e) {
-    if (mode[e] == 0) continue;
-    for (int at = 2 * points * e; at < 2 * points * (e + 1); ++at)
-      w += Eigen::Map<const Outputs>(&table.forced(point * rows, at)) * u_[at];
-  }
-  w_.segment<rows>(point * rows) = w;
-}
-
-bool ContactFlow::solve(const LinearFlow::Table& table, double time, const double* s, const int* mode) {
-  const double* x = LinearFlow::abscissae();
-  free_.noalias() = table.free * Eigen::Map<const Eigen::VectorXd>(s, flow_.size());
-  for (int i = 0; i <= points; ++i) {
-    const double t = (i < points ? x[i] : 1.0) * table.h;
-    double w[rows];
-    keptUp(time + t, w);
-    for (int o = 0; o < rows; ++o) free_[i * rows + o] += w[o] + t * (drift_[0][o] + t * drift_[1][o]);
-  }
-  guess(table, mode);
-  // node by node, each with the forces of this pass where they are known
-  double previous = 0.0;
-  for (int pass = 0; pass < flow_iterations; ++pass) {
-    double change = 0.0;
-    for (int i = 0; i < points; ++i) {
-      double* w = &w_[i * rows];
-      std::copy(w, w + rows, before_.data());
-      push(table, mode, i);
-      for (int e = 0; e < ends; ++e) {
-        if (mode[e] == 0) continue;
-        guards_[i * ends + e] = contacts_.force(e, w + per_end * e, &u_[LinearFlow::column(2 * e, i)]);
-        ++statistics_.evaluations;
-        for (int o = per_end * e; o < per_end * (e + 1); ++o) {
-          const double scale = o % per_end < 2 ? options_.length_scale : options_.speed_scale;
-          change = std::max(change, std::abs(w[o] - before_[o]) / scale);
-        }
-      }
-    }
-    change /= options_.tolerance;
-    if (!std::isfinite(change)) return false;
-    if (pass > 0 && change < converged) {
-      for (int i = 0; i <= points; ++i) push(table, mode, i);
-      return true;
-    }
-    if (pass > 2 && change > 0.7 * previous) return false;
-    previous = change;
-  }
-  return false;
-}
-
-double ContactFlow::error(const LinearFlow::Table& table) {
-  static constexpr double weight[points] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-                                            0.17392742256872693};
-  const double* x = LinearFlow::abscissae();
-  const Outputs top = table.top * u_;
-  // means and highest Legendre components of the forces, and what they would move if they were constant
-  Outputs by_mean = Outputs::Zero(), by_third = Outputs::Zero();
-  for (int input = 0; input < 2 * ends; ++input) {
-    double mean = 0.0, third = 0.0;
-    for (int j = 0; j < points; ++j) {
-      const double t = 2.0 * x[j] - 1.0, u = u_[LinearFlow::column(input, j)];
-      mean += weight[j] * u;
-      third += 7.0 * weight[j] * 0.5 * t * (5.0 * t * t - 3.0) * u;
-    }
-    for (int j = 0; j < points; ++j) {
-      const Eigen::Map<const Outputs> k(&table.forced(points * rows, LinearFlow::column(input, j)));
-      by_mean += k * mean;
-      by_third += k * third;
-    }
-  }
-  double most = 0.0;
-  for (int o = 0; o < rows; ++o) {
-    const bool length = o % per_end < 2;
-    const double scale =
-        std::max(length ? options_.length_scale : options_.speed_scale, std::abs(w_[points * rows + o]));
-    const double rough = std::abs(by_mean[o]) > 0.0 ? by_third[o] * by_third[o] / std::abs(by_mean[o]) : 0.0;
-    // a component that is larger than the mean leaves nothing to square
-    most = std::max(most,
-                    std::max(std::abs(top[o]), roughness * std::min(rough, std::abs(by_third[o]))) / scale);
-  }
-  return most / options_.tolerance;
-}
-
-void ContactFlow::take(const LinearFlow::Table& table, const int* mode, double* s) {
-  flow_.move(table.real.data(), table.imaginary.data(), table.h, s);
-  drift(table.h, s);
-  Eigen::Map<Eigen::VectorXd> end(s, flow_.size());
-  for (int e = 0; e < ends; ++e)
-    if (mode[e] != 0)
-      end.noalias() +=
-          table.response.middleCols(2 * points * e, 2 * points) * u_.segment(2 * points * e, 2 * points);
-}
-
 void ContactFlow::drift(double t, double* s) const {
   double* z = s + 2 * flow_.modes();
-  const int zeros = static_cast<int>(drive.drift.size());
+  const int zeros = static_cast<int>(drift_now_.size());
   for (int i = 0; i < zeros; ++i) {
-    z[i] += t * drive.drift[i];
-    for (int j = 0; j < zeros; ++j) z[i] += 0.5 * t * t * flow_.chain()(i, j) * drive.drift[j];
+    z[i] += t * drift_now_[i];
+    for (int j = 0; j < zeros; ++j) z[i] += 0.5 * t * t * flow_.chain()(i, j) * drift_now_[j];
   }
 }
 
@@ -416,7 +332,7 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
   while (time < length - 1e-16) {
     if (++steps > 10'000'000) return IntegrationStatus::step_limit;
     if (events > 1'000'000) return IntegrationStatus::event_limit;
-    bool carries = false;
+    bool carries = pushes_ != nullptr;
     for (int e = 0; e < ends; ++e) carries = carries || mode[e] != 0;
     int end = -1;
     if (!carries) {

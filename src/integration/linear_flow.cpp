@@ -5,6 +5,7 @@
 
 #include "amb_rotor/common/check.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/integration/dense_products.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -199,6 +200,7 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
   }
   to_modal_.bottomRows(zeros_) = back.bottomRows(zeros_);
   from_modal_.rightCols(zeros_) = forth.rightCols(zeros_);
+  splitRows(system.a);
   b_ = to_modal_ * system.b;
   c_ = system.c * from_modal_;
   // what a mode carries from an input to an output: most carry nothing between most
@@ -214,6 +216,54 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
       }
   }
   transfer_begin_.push_back(static_cast<int>(transfer_.size()));
+}
+
+void LinearFlow::splitRows(const Eigen::MatrixXd& a) {
+  const int n = static_cast<int>(a.rows());
+  std::vector<bool> taken(static_cast<std::size_t>(n), false);
+  for (int i = 0; i < n; ++i) {
+    int only = -1, entries = 0;
+    for (int j = 0; j < n; ++j)
+      if (a(i, j) != 0.0) {
+        only = j;
+        ++entries;
+      }
+    if (entries != 1 || a(i, only) != 1.0 || only == i || taken[static_cast<std::size_t>(i)] ||
+        taken[static_cast<std::size_t>(only)])
+      continue;
+    places_.push_back({i, only});
+    taken[static_cast<std::size_t>(i)] = taken[static_cast<std::size_t>(only)] = true;
+  }
+  for (int i = 0; i < n; ++i)
+    if (!taken[static_cast<std::size_t>(i)]) others_.push_back(i);
+  place_rows_.resize(static_cast<int>(places_.size()), size());
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    place_rows_.row(static_cast<int>(i)) = from_modal_.row(places_[i].place);
+  other_rows_.resize(static_cast<int>(others_.size()), size());
+  for (std::size_t i = 0; i < others_.size(); ++i)
+    other_rows_.row(static_cast<int>(i)) = from_modal_.row(others_[i]);
+  place_.setZero(place_rows_.rows());
+  rate_ = place_;
+  other_.setZero(other_rows_.rows());
+}
+
+void LinearFlow::mechanics(const Eigen::VectorXd& s, Eigen::VectorXd& turned, Eigen::VectorXd& y) const {
+  const int n = modes();
+  for (int k = 0; k < n; ++k) {
+    const double re = lambda_[k].real(), im = lambda_[k].imag();
+    turned[k] = re * s[k] - im * s[n + k];
+    turned[n + k] = im * s[k] + re * s[n + k];
+  }
+  if (zeros_ > 0) turned.tail(zeros_).noalias() = chain_ * s.tail(zeros_);
+  product(place_rows_, s, place_);
+  product(place_rows_, turned, rate_);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    y[places_[i].place] = place_[static_cast<int>(i)];
+    y[places_[i].rate] = rate_[static_cast<int>(i)];
+  }
+  if (others_.empty()) return;
+  product(other_rows_, s, other_);
+  for (std::size_t i = 0; i < others_.size(); ++i) y[others_[i]] = other_[static_cast<int>(i)];
 }
 
 void LinearFlow::rest(const Eigen::VectorXd& g, Eigen::VectorXd& s, Eigen::VectorXd& drift) const {

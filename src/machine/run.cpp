@@ -1,9 +1,10 @@
 #include "amb_rotor/machine/run.hpp"
 
 #include <cmath>
+#include <type_traits>
 
 #include "amb_rotor/machine/assembly.hpp"
-#include "amb_rotor/machine/event_stepper.hpp"
+#include "amb_rotor/machine/modal_stepper.hpp"
 #include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/machine/simulator.hpp"
 
@@ -60,6 +61,12 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
     out.displacement_m[a].push_back(seen.signal[a]);
     out.current_A[a].push_back(state.current[a]);
   }
+}
+
+/// A rotor that bends has modes so fast that the event stepper is slow, whatever else the machine has. A rigid one stays
+/// with the event stepper.
+bool inModes(const Machine<double>& machine, const RunOptions& options) {
+  return options.modal && machine.isFlexible();
 }
 
 /// Largest distance of the rotor from the stator's axis at the six planes [m]. Not a number where one of them is.
@@ -120,12 +127,15 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
   const double rate = machine.ambModel() == AmbModel::linear ? machine.rig().controller.sample_rate_hz : 1e4;
   const double from = -std::ceil(options.settle_s * rate) / rate;
   MachineState<double> state = sim.atRest(from);
-  EventStepper stepper(machine, options.relative_tolerance);
-  const auto ignore = [](const Record<double>&) {};
-  if (!sim.run(state, 0.0, stepper, ignore)) {
+  const auto run = [&](auto&& stepper) {
+    if (sim.run(state, 0.0, stepper, [](const Record<double>&) {})) return;
     outcome.status = RunStatus::integration_failed;
     outcome.reason = "run-in: " + stepper.result().reason();
-  }
+  };
+  if (inModes(machine, options))
+    run(ModalStepper(machine, options.relative_tolerance));
+  else
+    run(EventStepper(machine, options.relative_tolerance));
   state.next_record = 0;
   if (machine.spin() != Spin::prescribed) {  // exactly, not to the tolerance of the integration
     state.mechanics[machine.stateSize() - 2] = start.angle;
@@ -134,28 +144,14 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
   return state;
 }
 
-Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& options) {
-  Simulation run;
-  const Schedule schedule(scenario.excitations, scenario.faults);
-  const PiecewiseShaft path = shaftPath(scenario);
-  const Spin spin = spinOf(model, scenario);
-  if (spin == Spin::free && model.rig.rotor.polar_inertia_kg_m2 <= 0.0)
-    throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
-  const Machine<double> machine({&model}, spin, {schedule.forcePlanes(), schedule.unbalances()});
-  Drive<double> drive;
-  drive.path = &path;
-  drive.schedule = &schedule;
-  const Simulator<double> sim(machine, drive, scenario.record_rate_hz);
-  MachineState<double> state = sim.atRest(0.0);
-  if (scenario.start_settled) {
-    state = settledState(machine, drive, options, run.outcome);
-    if (run.outcome.status != RunStatus::ok) return run;
-  } else {
-    startAsGiven(machine, scenario, state);
-  }
+namespace {
+
+/// The run itself: fills trajectory and outcome.
+template <class Stepper>
+void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineState<double>& state, Stepper&& stepper,
+            Simulation& run) {
+  const Machine<double>& machine = sim.machine();
   Trajectory& out = run.trajectory;
-  out.clearance_m = model.rig.auxiliary_bearing.clearance_m;
-  EventStepper stepper(machine, options.relative_tolerance);
   double since[2] = {0.0, 0.0};
   stepper.setContactObserver([&](int end, bool touching, double time, const double*) {
     if (touching)
@@ -190,6 +186,38 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   } else if (!diverged.empty()) {
     run.outcome.status = RunStatus::diverged;
     run.outcome.reason = diverged;
+  }
+  if constexpr (std::is_same_v<std::decay_t<Stepper>, ModalStepper>)
+    run.outcome.path = stepper.taken().text();
+}
+
+}  // namespace
+
+Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& options) {
+  Simulation run;
+  const Schedule schedule(scenario.excitations, scenario.faults);
+  const PiecewiseShaft path = shaftPath(scenario);
+  const Spin spin = spinOf(model, scenario);
+  if (spin == Spin::free && model.rig.rotor.polar_inertia_kg_m2 <= 0.0)
+    throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
+  const Machine<double> machine({&model}, spin, {schedule.forcePlanes(), schedule.unbalances()});
+  Drive<double> drive;
+  drive.path = &path;
+  drive.schedule = &schedule;
+  const Simulator<double> sim(machine, drive, scenario.record_rate_hz);
+  MachineState<double> state = sim.atRest(0.0);
+  if (scenario.start_settled) {
+    state = settledState(machine, drive, options, run.outcome);
+    if (run.outcome.status != RunStatus::ok) return run;
+  } else {
+    startAsGiven(machine, scenario, state);
+  }
+  run.trajectory.clearance_m = model.rig.auxiliary_bearing.clearance_m;
+  if (inModes(machine, options)) {
+    fillRun(sim, scenario, state, ModalStepper(machine, options.relative_tolerance), run);
+  } else {
+    fillRun(sim, scenario, state, EventStepper(machine, options.relative_tolerance), run);
+    run.outcome.path = options.modal ? "event stepper (the rotor does not bend)" : "event stepper (asked for)";
   }
   run.final_state = std::move(state);
   return run;

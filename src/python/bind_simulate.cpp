@@ -54,6 +54,7 @@ py::dict asDict(Simulation&& simulation) {
   d["steps"] = outcome.steps;
   d["evaluations"] = outcome.evaluations;
   d["events"] = outcome.events;
+  d["path"] = outcome.path;
   return d;
 }
 
@@ -62,11 +63,12 @@ py::dict asDict(Simulation&& simulation) {
 void bindSimulate(py::module_& m) {
   m.def(
       "simulate",
-      [](const Model& model, const Scenario& scenario, double relative_tolerance, double settle_s) {
+      [](const Model& model, const Scenario& scenario, double relative_tolerance, double settle_s, bool modal) {
         requireModes(model);
         RunOptions options;
         options.relative_tolerance = relative_tolerance;
         options.settle_s = settle_s;
+        options.modal = modal;
         Simulation simulation;
         {
           const py::gil_scoped_release release;
@@ -75,6 +77,7 @@ void bindSimulate(py::module_& m) {
         return asDict(std::move(simulation));
       },
       py::arg("model"), py::arg("scenario"), py::arg("relative_tolerance") = 1e-8, py::arg("settle_s") = 0.5,
+      py::arg("modal") = true,
       "Event-accurate run. `columns`: name with unit -> array.");
 }
 

@@ -39,3 +39,19 @@ def test_the_best_of_all_peers_is_what_ours_is_held_to():
 def test_where_no_peer_is_that_good_there_is_no_ratio():
     lines = bench.at_equal_error(PEER + [row("modal/12", 1e-12, 0.5)], "modal")
     assert lines[2].endswith("| none ran to it | | |")
+
+
+def test_the_exponent_of_growth_is_that_of_the_largest_sizes():
+    points = [(1.0, 5.0), (10.0, 6.0), (100.0, 60.0), (1000.0, 6000.0)]  # flat, linear, then quadratic
+    assert bench.exponent(points) == pytest.approx(2.0)
+    assert bench.exponent(points[:3]) == pytest.approx(1.0)
+    assert math.isnan(bench.exponent([(0.0, 1.0), (10.0, 2.0)]))  # nothing has no logarithm
+    line = bench._growth_lines({"machines": points})[-1]
+    assert line.endswith("| 2.00 | 1 |")  # and it is printed beside what it should be
+
+
+def test_a_part_that_is_not_there_is_refused_by_name():
+    assert bench.chosen_parts("drop,growth") == ("drop", "growth")
+    assert bench.chosen_parts(None) == bench.PARTS
+    with pytest.raises(bench.InputError, match="dorp"):
+        bench.chosen_parts("drop,dorp")

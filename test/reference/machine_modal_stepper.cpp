@@ -4,6 +4,7 @@
 #include "../support/models.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/modal_stepper.hpp"
+#include "amb_rotor/machine/model_loading.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -20,30 +21,38 @@ struct Outcome {
   std::vector<Event> events;
   long evaluations = 0;
   std::string reason;
+  ModalStepper::Taken taken;
+  std::vector<double> recorded;  ///< first coordinate
 };
 
 template <class Stepper>
-Outcome run(const Model& model, const Scenario& scenario, double tolerance) {
+Outcome run(const Model& model, const Scenario& scenario, double tolerance, double record_rate_hz = 0.0) {
   const Schedule schedule(scenario.excitations, scenario.faults);
   const PiecewiseShaft path = shaftPath(scenario);
   const Machine<double> machine({&model}, Spin::prescribed, {schedule.forcePlanes(), schedule.unbalances()});
   Drive<double> drive;
   drive.path = &path;
   drive.schedule = &schedule;
-  const Simulator<double> sim(machine, drive, 0.0);
+  const Simulator<double> sim(machine, drive, record_rate_hz);
   Outcome out;
   out.state = sim.atRest(0.0);
   const int n = machine.rotor().modes();
   for (std::size_t i = 0; i < scenario.initial_displacement_m.size(); ++i)
     out.state.mechanics[(i % 2) * static_cast<std::size_t>(n) + i / 2] = scenario.initial_displacement_m[i];
+  for (std::size_t i = 0; i < scenario.initial_velocity_m_s.size(); ++i)
+    out.state.mechanics[(2 + i % 2) * static_cast<std::size_t>(n) + i / 2] = scenario.initial_velocity_m_s[i];
   Stepper stepper(machine, tolerance);
   stepper.setContactObserver([&](int end, bool touching, double time, const double*) {
     out.events.push_back({end, touching, time});
   });
-  EXPECT_TRUE(sim.run(out.state, scenario.duration_s, stepper, [](const Record<double>&) {}))
+  EXPECT_TRUE(sim.run(out.state, scenario.duration_s, stepper,
+                      [&](const Record<double>& seen) { out.recorded.push_back(seen.state->mechanics[0]); }))
       << stepper.result().reason();
   out.evaluations = stepper.statistics().evaluations;
-  if constexpr (std::is_same_v<Stepper, ModalStepper>) out.reason = stepper.reason();
+  if constexpr (std::is_same_v<Stepper, ModalStepper>) {
+    out.reason = stepper.reason();
+    out.taken = stepper.taken();
+  }
   return out;
 }
 
@@ -114,6 +123,18 @@ TEST(ModalStepper, ALinearContactWithDampingOnRigidBearings) {
   EXPECT_LT(difference(modal, exact), 1e3 * 1e-9 * 1e-5);  // as above
 }
 
+TEST(ModalStepper, ALawOfContactThatIsNoneOfThePlainOnes) {
+  const Model model =
+      with(heavy(springBeam()), "velocity_dependent_friction", typicalValues("velocity_dependent_friction"));
+  const Outcome exact = run<EventStepper>(model, falling(0.02), 1e-12),
+                modal = run<ModalStepper>(model, falling(0.02), 1e-9);
+  EXPECT_EQ(modal.reason, "");
+  ASSERT_GE(exact.events.size(), 4u);
+  EXPECT_LT(difference(modal, exact), 1e3 * 1e-9 * 1e-5);  // as above
+  EXPECT_GT(difference(run<ModalStepper>(heavy(springBeam()), falling(0.02), 1e-9), exact), 1e-9)
+      << "the law makes a difference";
+}
+
 TEST(ModalStepper, LevitatedByASampledControllerItFollowsTheEventStepper) {
   Scenario scenario = constantSpeed(80.0, 0.1, 0.0);
   scenario = from(scenario, {3e-5, -2e-5, 1e-4, 0.0}, {});
@@ -126,6 +147,110 @@ TEST(ModalStepper, LevitatedByASampledControllerItFollowsTheEventStepper) {
   EXPECT_LT(difference(modal, exact), 1e-14);  // and what a closed form gives: the reference's 1e-17 a step
   EXPECT_GT(std::fabs(modal.state.mechanics[0]) + std::fabs(modal.state.mechanics[2]), 1e-6)
       << "something moves";
+}
+
+TEST(ModalStepper, ARunDoesNotDependOnWhatIsRecorded) {
+  const Model model = with(heavy(levitated()), "gyroscopic_coupling", {0.01});
+  const Scenario scenario = from(constantSpeed(80.0, 0.02, 0.0), {3e-5, -2e-5, 1e-4, 0.0}, {});
+  const Outcome blind = run<ModalStepper>(model, scenario, 1e-8),
+                seen = run<ModalStepper>(model, scenario, 1e-8, 10000.0),  // at the samples
+                between = run<ModalStepper>(model, scenario, 1e-8, 7000.0);
+  EXPECT_EQ(seen.state.mechanics, blind.state.mechanics);
+  // other instants split an interval: round-off of the closed form
+  EXPECT_LT(difference(between, blind), 1e-17);
+  const Outcome exact = run<EventStepper>(model, scenario, 1e-12, 7000.0);
+  ASSERT_EQ(exact.recorded.size(), 140u);
+  ASSERT_EQ(between.recorded.size(), exact.recorded.size());
+  // the reference's error, as above
+  for (std::size_t i = 0; i < exact.recorded.size(); ++i)
+    EXPECT_NEAR(between.recorded[i], exact.recorded[i], 1e-14) << i;
+}
+
+TEST(ModalStepper, ForcesOfAScheduleAreInputs) {
+  Scenario scenario = constantSpeed(80.0, 0.03, 0.0);
+  const auto force = [&](Waveform waveform, double start, double duration, double f0, double f1) {
+    Excitation e;
+    e.kind = Excitation::Kind::force;
+    e.waveform = waveform;
+    e.amplitude = 4.0;
+    e.start_s = start;
+    e.duration_s = duration;
+    e.start_hz = f0;
+    e.end_hz = f1;
+    e.plane_z_m = 0.05;
+    e.direction_rad = 0.4;
+    scenario.excitations.push_back(e);
+  };
+  force(Waveform::step, 0.0021, 0.003, 0.0, 0.0);
+  force(Waveform::impulse, 0.00433, 0.002, 0.0, 0.0);
+  force(Waveform::sine, 0.008, 0.004, 310.0, 0.0);
+  force(Waveform::chirp, 0.013, 0.006, 20.0, 900.0);
+  FaultEvent unbalance;
+  unbalance.type = FaultType::unbalance_step;
+  unbalance.start_s = 0.02;
+  unbalance.ramp_s = 0.0033;
+  unbalance.amount = 2e-5;
+  unbalance.phase_rad = 0.7;
+  unbalance.plane_z_m = -0.03;
+  scenario.faults.push_back(unbalance);
+  const Model model = with(heavy(levitated()), "gyroscopic_coupling", {0.01});
+  const Outcome exact = run<EventStepper>(model, scenario, 1e-12),
+                modal = run<ModalStepper>(model, scenario, 1e-9);
+  EXPECT_EQ(modal.taken.general, 0) << modal.taken.reason;
+  EXPECT_GT(modal.taken.modal, 300);
+  // polynomials of four nodes through 0.1 ms of 900 Hz: the tolerance times 1e-5 m, a hundred intervals
+  EXPECT_LT(difference(modal, exact), 1e2 * 1e-9 * 1e-5);
+  scenario.faults.clear();
+  EXPECT_GT(difference(run<ModalStepper>(model, scenario, 1e-9), exact), 1e-8) << "the unbalance acts";
+  scenario.excitations.clear();
+  EXPECT_GT(difference(run<ModalStepper>(model, scenario, 1e-9), exact), 1e-7) << "the forces act";
+}
+
+TEST(ModalStepper, AContactThatModalStepsDoNotGetThroughGoesToTheEventStepper) {
+  // so damped that the iteration of no step converges: D h/m > 1 for h of 15 ns
+  Model model = heavy(springBeam());
+  model.rig.auxiliary_bearing.damping_N_s_per_m = 1e9;
+  Scenario scenario = from(bearingsOff(constantSpeed(100.0, 2e-4, 0.0), 0.0), {0.0, -1.995e-4, 0.0, 0.0},
+                           {0.0, -0.01, 0.0, 0.0});
+  const Outcome general = run<EventStepper>(model, scenario, 1e-8),
+                modal = run<ModalStepper>(model, scenario, 1e-8);
+  EXPECT_GT(modal.taken.general, 0);
+  EXPECT_NE(modal.taken.text().find("do not get through"), std::string::npos) << modal.taken.text();
+  ASSERT_GE(general.events.size(), 1u) << "the test is about contact";
+  ASSERT_EQ(modal.events.size(), general.events.size()) << "told once each";
+  EXPECT_EQ(difference(modal, general), 0.0);
+}
+
+TEST(ModalStepper, TheProgramTakesItForAFlexibleRotorAndSaysSo) {
+  const Model model = loadModel(std::string(AMB_ROTOR_SOURCE_DIR) + "/config/thesis/flexible_model.yaml");
+  Scenario scenario = constantSpeed(100.0, 0.02, 5000.0);
+  scenario.start_settled = true;
+  FaultEvent push;
+  push.type = FaultType::force_impulse;
+  push.start_s = 0.005;
+  push.duration_s = 0.002;
+  push.amount = 20.0;
+  push.plane_z_m = 0.05;
+  scenario.faults.push_back(push);
+  RunOptions options;
+  options.settle_s = 0.01;
+  const Simulation modal = simulate(model, scenario, options);
+  options.modal = false;
+  options.relative_tolerance = 1e-10;
+  const Simulation general = simulate(model, scenario, options);
+  EXPECT_EQ(modal.outcome.path, "modal coordinates");
+  EXPECT_NE(general.outcome.path.find("event stepper"), std::string::npos);
+  EXPECT_NE(simulate(levitated(), constantSpeed(100.0, 1e-3)).outcome.path.find("does not bend"), std::string::npos);
+  ASSERT_EQ(modal.trajectory.time_s.size(), general.trajectory.time_s.size());
+  double moved = 0.0;
+  for (int axis = 0; axis < 4; ++axis)
+    for (std::size_t i = 0; i < modal.trajectory.time_s.size(); ++i) {
+      moved = std::max(moved, std::fabs(modal.trajectory.displacement_m[axis][i]));
+      // what issue 4 asks for before contact: 1e-6 of the clearance
+      ASSERT_NEAR(modal.trajectory.displacement_m[axis][i], general.trajectory.displacement_m[axis][i],
+                  1e-6 * model.rig.auxiliary_bearing.clearance_m);
+    }
+  EXPECT_GT(moved, 1e-6) << "something moves";
 }
 
 TEST(ModalStepper, WhatIsNotLinearGoesToTheEventStepper) {

@@ -38,6 +38,8 @@ class Schedule {
   /// Forces at forcePlanes() [N] at a time between the instant `since` and the next.
   void forces(double time, double since, std::vector<Vec2<double>>& out) const;
   void forces(double time, std::vector<Vec2<double>>& out) const { forces(time, time, out); }
+  /// Whether a force is on from an instant on, whatever its value there.
+  bool forcesOn(double since) const;
   /// Factors of unbalances().
   void unbalanceFactors(double time, double since, std::vector<double>& out) const;
   void unbalanceFactors(double time, std::vector<double>& out) const { unbalanceFactors(time, time, out); }

@@ -9,17 +9,21 @@
 // bound of the speed, which the amplitudes of the modes give. Grazing is not missed but where it stays
 // shallower than what half a microsecond of acceleration makes. In contact: over a step h, u is a polynomial
 // through 4 Gauss nodes, so that  w_i = (free motion)_i + sum_j K_ij u_j holds without further error; u_i =
-// F(w_i) by fixed-point iteration, begun with the last step's polynomial (its contraction is h^2 k/(2 m) of
-// the stiffest spring: a step that does not converge is halved). Order 8. The error estimate is what the
-// highest Legendre component of u moves at the end of the step, and, because a force that begins as t^1.5
-// moves a free body by less than its error, the square of that component over the mean. Steps are a length h0
-// halved so and so often, whose tables are kept; only the step up to an event or an end has its own. A
-// lift-off, or a touch-down at the other end, is found at the nodes and the end of a step; the step is
+// F(w_i) by Newton's method in the normal forces of all nodes and ends (directions follow from pass to pass),
+// begun with the last step's polynomial; a step that does not converge is halved. Order 8. The error estimate
+// is what the highest Legendre component of u moves at the end of the step, and, because a force that begins
+// as t^1.5 moves a free body by less than its error, the square of that component over the mean. Steps are a
+// length h0 halved so and so often, whose tables are kept; only the step up to an event or an end has its
+// own. A lift-off, or a touch-down at the other end, is found at the nodes and the end of a step; the step is
 // repeated with the length to it, by Newton's method, until the guard is 0 within a tenth of the tolerance.
 //
+// Further forces, known as functions of time, are inputs behind those of the ends: while they act the motion
+// goes by the same steps, with their values at the nodes.
+//
 // No allocation after construction. Left out: forces that depend on more than an end's own displacement and
-// velocity.
+// velocity; a touch-down and lift-off between two nodes of a step.
 #include <functional>
+#include <vector>
 
 #include "amb_rotor/integration/event_integrator.hpp"
 #include "amb_rotor/integration/linear_flow.hpp"
@@ -30,8 +34,13 @@ namespace amb_rotor {
 class EndContacts {
  public:
   virtual ~EndContacts() = default;
+  /// The normal force, away from the bearing's centre against the displacement, with its derivatives by depth
+  /// and by the depth's rate [N, N/m, N s/m].
+  struct Normal {
+    double force = 0.0, slope = 0.0, damping = 0.0;
+  };
   /// Force on the system at an end that carries, and its guard: positive while it goes on carrying [m].
-  virtual double force(int end, const double* w, double* u) const = 0;
+  virtual double force(int end, const double* w, double* u, Normal& normal) const = 0;
 };
 
 class ContactFlow {
@@ -44,30 +53,37 @@ class ContactFlow {
   };
   ContactFlow(const LinearFlow& flow, const EndContacts& contacts, const Options& options);
 
-  /// What is not the modes' own motion, from the time at which advance() begins.
+  /// What is not the modes' own motion, for as long as the machine is this one. `held`: values that are
+  /// constant from one begin() to the next (commands), `excess`: what decays to them.
   struct Drive {
-    Eigen::VectorXd rest, drift;   ///< constant forces: their rest, and what they do to the drift
-    Eigen::VectorXd cosine, sine;  ///< of the angle
-    Eigen::VectorXd decay;         ///< times exp(-rate t)
-    Eigen::VectorXd place;         ///< outputs at s = 0
-    double angle = 0.0, speed = 0.0, rate = 0.0;
+    Eigen::VectorXd rest, drift;        ///< constant forces: their rest, and what they do to the drift
+    Eigen::MatrixXd rest_by, drift_by;  ///< the same of each held value
+    Eigen::MatrixXd decay_by;           ///< of each excess, times exp(-rate t)
+    Eigen::VectorXd cosine, sine;       ///< of the angle
+    Eigen::VectorXd place;              ///< outputs at s = 0
+    double speed = 0.0, rate = 0.0;
   };
-  /// To be filled, then announced by prepare().
-  Drive drive;
-  void prepare();
+  void setDrive(const Drive& drive);
+  /// Values of the inputs behind the ends' (LinearFlow::inputs() less four) at a time since the start.
+  using Pushes = std::function<void(double, double*)>;
+  /// Begins an interval at an angle with these values; pushes: null where none acts (it is called until
+  /// advance() returns).
+  void begin(double angle, const double* held, const double* excess, const Pushes* pushes);
 
   /// Advances s (the modes' own motion, without what the drive keeps up) by `length` [s], from the drive's
   /// start. mode: per end, 1 carries; onEvent(end, time since the start, s) after each change.
   using Observer = std::function<void(int, double)>;
   IntegrationStatus advance(double length, double* s, int* mode, const Observer& onEvent);
 
-  /// s of all that moves at a time: the modes' own motion and what the drive keeps up.
-  void whole(double time, const double* s, Eigen::VectorXd& out) const;
+  /// s of all that moves at a time: the modes' own motion and what the drive keeps up; and back.
+  void whole(double time, const Eigen::VectorXd& own, Eigen::VectorXd& out) const;
+  void own(double time, const Eigen::VectorXd& whole, Eigen::VectorXd& out) const;
   const IntegratorStatistics& statistics() const { return statistics_; }
   static constexpr int ends = 2;
 
  private:
-  static constexpr int levels = 14, per_end = 4, rows = per_end * ends;
+  static constexpr int points = LinearFlow::nodes;
+  static constexpr int levels = 14, per_end = 4, rows = per_end * ends, end_inputs = 2 * ends;
   using Outputs = Eigen::Matrix<double, rows, 1>;
 
   const LinearFlow::Table& ladder(int level);
@@ -75,11 +91,16 @@ class ContactFlow {
   void outputs(const double* s, double* w) const;  ///< of the modes' own motion
   void drift(double t, double* s) const;           ///< under the drive's constant forces
   double guard(int end, const double* w, int mode, double* u) const;
-  double speedBound(int end, const double* s, double horizon) const;
+  void speedBounds(const double* s, double horizon, double bound[ends]) const;
   double threshold() const { return 0.1 * options_.tolerance * options_.length_scale; }
   bool flight(double& time, double length, double* s, const int* mode, int& end);
+  void pushAtNodes(const LinearFlow::Table& table, double time);
   void guess(const LinearFlow::Table& table, const int* mode);
   void push(const LinearFlow::Table& table, const int* mode, int point);
+  void evaluate();
+  bool stillFits(const LinearFlow::Table& table) const;
+  void linearise(const LinearFlow::Table& table);
+  void correct();
   bool solve(const LinearFlow::Table& table, double time, const double* s, const int* mode);
   double error(const LinearFlow::Table& table);
   void take(const LinearFlow::Table& table, const int* mode, double* s);
@@ -93,16 +114,35 @@ class ContactFlow {
   const EndContacts& contacts_;
   Options options_;
   IntegratorStatistics statistics_;
+  Drive drive_;
+  double angle_ = 0.0;  ///< at the start
+  const Pushes* pushes_ = nullptr;
+  Eigen::VectorXd rest_now_, drift_now_, decay_now_;  ///< of the values of this interval
+  Eigen::MatrixXd rest_outputs_, decay_outputs_;      ///< of rest_by, decay_by
+  Eigen::VectorXd rest_output_;
   LinearFlow::Table table_[levels], own_;
   int level_ = 4, first_level_ = 4;
   bool fresh_ = false;
   Eigen::VectorXd own_real_, own_imaginary_, span_real_, span_imaginary_, moved_;
   double span_ = -1.0;                  ///< that span_real_ belongs to
   Eigen::MatrixXd speed_weight_;        ///< per end and mode
+  std::vector<int> growing_;            ///< modes
   Eigen::VectorXd kept_[4], drift_[2];  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2
-  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, start_guards_;
-  double last_h_ = 0.0;      ///< of the step that last_u_ belongs to; 0: none
-  bool last_ended_ = false;  ///< that step was taken: the next begins at its end
+  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, start_guards_, pushed_;
+  static constexpr int most_unknowns = LinearFlow::nodes * ends;
+  EndContacts::Normal normal_[most_unknowns];                 ///< of the last evaluation, per node and end
+  double direction_[most_unknowns][2] = {};                   ///< of displacement
+  double lu_[most_unknowns][most_unknowns];                   ///< of Newton's matrix
+  int unknown_[most_unknowns] = {}, unknowns_ = 0;            ///< node * ends + end
+  double lu_h_ = -1.0, lu_direction_[most_unknowns][2] = {};  ///< what the factors were made of
+  int lu_unknowns_ = 0, lu_unknown_[most_unknowns] = {};
+  EndContacts::Normal lu_normal_[most_unknowns];
+  double contraction_ = 1.0,
+         contraction_h_ = 0.0;  ///< of one pass, as last measured, and the step it belongs to
+  int since_measured_ = 0;
+  Eigen::VectorXd evaluated_;  ///< forces of the last evaluation
+  double last_h_ = 0.0;        ///< of the step that last_u_ belongs to; 0: none
+  bool last_ended_ = false;    ///< that step was taken: the next begins at its end
 };
 
 }  // namespace amb_rotor

@@ -39,6 +39,10 @@ class LinearFlow {
   const Eigen::MatrixXd& toModal() const { return to_modal_; }      ///< size() x states
   const Eigen::MatrixXd& fromModal() const { return from_modal_; }  ///< states x size()
   const Eigen::MatrixXd& outputMatrix() const { return c_; }        ///< outputs() x size()
+  /// y = M s, where y holds places and their rates by half that product: a row of A that is a unit vector
+  /// says that one state is the rate of another, whose row of M it has times lambda. `turned`: scratch of
+  /// size().
+  void mechanics(const Eigen::VectorXd& s, Eigen::VectorXd& turned, Eigen::VectorXd& y) const;
   const Eigen::VectorXcd& eigenvalues() const { return lambda_; }
   const Eigen::MatrixXd& chain() const { return chain_; }  ///< J
 
@@ -75,6 +79,8 @@ class LinearFlow {
   static void interpolation(double x, double* weight);
 
  private:
+  void splitRows(const Eigen::MatrixXd& a);
+
   std::string reason_;
   Eigen::VectorXcd lambda_;
   int zeros_ = 0;
@@ -83,6 +89,13 @@ class LinearFlow {
     int output, input;
     double re, im;
   };
+  struct Place {
+    int place, rate;
+  };
+  std::vector<Place> places_;
+  std::vector<int> others_;  ///< states that are neither
+  Eigen::MatrixXd place_rows_, other_rows_;
+  mutable Eigen::VectorXd place_, rate_, other_;
   std::vector<Transfer> transfer_;  ///< of mode k: from transfer_begin_[k] on
   std::vector<int> transfer_begin_;
 };

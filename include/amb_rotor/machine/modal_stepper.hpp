@@ -8,9 +8,15 @@
 // The linear equations are read from the machine's own derivatives, for whatever effects it has, and checked
 // against them at random states; so are displacement, velocity and force of the contacts. What is not linear
 // there, or not known behind held commands, goes to the event stepper (event_stepper.hpp), interval by
-// interval, and reason() says why: changing speed, spin as a state, forces and unbalances of a schedule,
-// coils and filters as states, lags of the current, set-valued friction, spinning rings, nonlinear magnetic
-// forces, edges that move with the rotor's tilt.
+// interval, and taken() counts both and says why: changing speed, spin as a state, coils and filters as
+// states, lags of the current, set-valued friction, spinning rings, nonlinear magnetic forces, edges that
+// move with the rotor's tilt. So does an interval whose contact the modal steps do not get through.
+// Forces and unbalances of a schedule are inputs of the linear machine: while one acts the motion goes by
+// steps, with its values at their nodes.
+//
+// Between instants the state stays in modal coordinates: for many modes the product with the full matrix that
+// makes mechanics of it would cost more than all the rest. bring() writes it where it is to be read
+// (machine/simulator.hpp does so).
 //
 // The tolerance is EventStepper's: relative, of 1e-5 m and 1e-2 m/s or more, here of the ends' displacement
 // and velocity in their bearings. Left out: sharing of x and y planes by isotropic rotors, which would halve
@@ -31,11 +37,25 @@ class ModalStepper {
   bool advance(const Simulator<double>& sim, double from, double to, MachineState<double>& state,
                const Simulator<double>::Held& held);
 
+  /// Mechanics of a state that advance() was given last, where they are not in it yet.
+  void bring(MachineState<double>& state);
+  /// The rotor at the sensors relative to the stator [m]; false: as the state says.
+  bool atSensors(const MachineState<double>& state, Vec2<double> out[2]) const;
+
   const IntegrationResult& result() const { return result_; }
   /// Of both steppers together.
   IntegratorStatistics statistics() const;
   /// Why the last interval was not taken in modal coordinates; empty: it was.
   const std::string& reason() const { return reason_; }
+  /// Intervals between instants, by the way they were taken, and why the last of the general ones was
+  /// general.
+  struct Taken {
+    long modal = 0, general = 0;
+    std::string reason;
+    /// In words.
+    std::string text() const;
+  };
+  const Taken& taken() const { return taken_; }
   void setContactObserver(std::function<void(int, bool, double, const double*)> observer);
 
  private:
@@ -44,14 +64,21 @@ class ModalStepper {
   Linear* linearFor(const Simulator<double>& sim, double from, double to,
                     const Simulator<double>::Held& held);
 
+  bool advanceGeneral(const Simulator<double>& sim, double from, double to, MachineState<double>& state,
+                      const Simulator<double>::Held& held);
+
   const Machine<double>& machine_;
   double tolerance_;
   EventStepper general_;
+  Taken taken_;
+  Linear* holder_ = nullptr;  ///< knows the mechanics of the state; null: they are in it
+  const MachineState<double>* held_state_ = nullptr;  ///< whose mechanics holder_ knows
+  long told_ = 0, skip_ = 0;          ///< contacts of this interval; those that are told already
   std::unique_ptr<Linear> known_[2];  ///< e.g. with the bearings on and off
   int last_ = 0;
   std::string fixed_reason_, reason_;
   IntegrationResult result_;
-  std::function<void(int, bool, double, const double*)> observer_;
+  std::function<void(int, bool, double, const double*)> observer_, counted_;
 };
 
 }  // namespace amb_rotor

@@ -38,10 +38,12 @@ struct RunOutcome {
   std::string reason;   ///< empty where ok
   double time_s = 0.0;  ///< reached
   long steps = 0, evaluations = 0, events = 0;
+  std::string path;     ///< modal coordinates or event stepper, and why (machine/modal_stepper.hpp)
 };
 
 struct RunOptions {
   double relative_tolerance = 1e-8;
+  bool modal = true;  ///< a rotor that bends goes in modal coordinates where it can; false: by the event stepper
   double settle_s = 0.5;  ///< length of the run-in before t = 0 where a scenario starts settled
 };
 

@@ -6,8 +6,13 @@
 // Order at an instant: faults, record, sample (its command is due delay_s later), commands that are due, excitation.
 // A scenario's excitation current is sampled and held at the controller's rate, a recorded one at its own; its start
 // and its end are instants of their own. Neither depends on what is recorded.
+//
+// A stepper may keep a state's mechanics in coordinates of its own between instants (machine/modal_stepper.hpp). They are
+// then in the state when a sink sees it and when run() returns; the sensors' signals do not need them.
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+#include <utility>
 
 #include "amb_rotor/magnetic_bearing/amplifier.hpp"
 #include "amb_rotor/machine/drive.hpp"
@@ -91,6 +96,17 @@ struct Record {
   S signal[4];  ///< of the sensors, with all their errors but noise [m]
 };
 
+/// Whether a stepper keeps mechanics of its own. It then offers
+///   void bring(MachineState&)                          writes them into the state, where they are not there yet
+///   bool atSensors(const MachineState&, Vec2 out[2])   the rotor at the sensors relative to the stator [m]; false: only
+///                                                      the state has it
+template <class Stepper, class S, class = void>
+struct KeepsMechanics : std::false_type {};
+template <class Stepper, class S>
+struct KeepsMechanics<Stepper, S,
+                      std::void_t<decltype(std::declval<Stepper&>().bring(std::declval<MachineState<S>&>()))>>
+    : std::true_type {};
+
 template <class S>
 class Simulator {
  public:
@@ -151,9 +167,11 @@ class Simulator {
     for (;;) {
       const double now = state.time;
       const bool finished = now >= end - tolerance;
-      if (finished && !include_end) return true;
-      instant(state, tolerance, sink);
-      if (finished) return true;
+      if (!finished || include_end) instant(state, tolerance, stepper, sink);
+      if (finished) {
+        bring(stepper, state);
+        return true;
+      }
       hold(state, held);
       double next = end;
       if (record_rate_ > 0.0) next = std::min(next, state.next_record / record_rate_);
@@ -163,7 +181,10 @@ class Simulator {
         next = std::min(next, (std::floor(now * drive_.excitation->rate_hz + 1e-6) + 1.0) / drive_.excitation->rate_hz);
       const auto kink = std::upper_bound(breakpoints.begin(), breakpoints.end(), now + tolerance);
       if (kink != breakpoints.end()) next = std::min(next, *kink);
-      if (!stepper.advance(*this, now, next, state, held)) return false;
+      if (!stepper.advance(*this, now, next, state, held)) {
+        bring(stepper, state);
+        return false;
+      }
       state.time = next;
     }
   }
@@ -172,11 +193,7 @@ class Simulator {
   void signals(const MachineState<S>& state, const Shaft<S>& shaft, S signal[4]) const {
     Vec2<S> s[2];
     machine_.signals(shaft, state.mechanics.data(), s);
-    const S value[4] = {s[0].x, s[0].y, s[1].x, s[1].y};
-    for (int a = 0; a < 4; ++a) {
-      signal[a] = value[a] + drive_.sensor_offset[a] + drive_.sensor_drift[a] * S(state.time);
-      if (drive_.schedule != nullptr) signal[a] += S(drive_.schedule->sensorOffset(a, state.time));
-    }
+    addOffsets(s, state.time, signal);
   }
 
   /// What filters and coils follow at a time between the instant `since` and the next.
@@ -205,15 +222,41 @@ class Simulator {
   }
 
  private:
-  template <class Sink>
-  void instant(MachineState<S>& state, double tolerance, Sink&& sink) const {
+  template <class Stepper>
+  static void bring(Stepper& stepper, MachineState<S>& state) {
+    if constexpr (KeepsMechanics<Stepper, S>::value) stepper.bring(state);
+  }
+  void addOffsets(const Vec2<S> at[2], double time, S signal[4]) const {
+    const S value[4] = {at[0].x, at[0].y, at[1].x, at[1].y};
+    for (int a = 0; a < 4; ++a) {
+      signal[a] = value[a] + drive_.sensor_offset[a] + drive_.sensor_drift[a] * S(time);
+      if (drive_.schedule != nullptr) signal[a] += S(drive_.schedule->sensorOffset(a, time));
+    }
+  }
+  /// By the stepper where it knows them, whether or not the instant is recorded: a run does not depend on that.
+  template <class Stepper>
+  void signals(Stepper& stepper, const MachineState<S>& state, const Shaft<S>& shaft, S signal[4]) const {
+    if constexpr (KeepsMechanics<Stepper, S>::value) {
+      Vec2<S> s[2];
+      if (stepper.atSensors(state, s)) {
+        machine_.sense(shaft, s);
+        addOffsets(s, state.time, signal);
+        return;
+      }
+    }
+    signals(state, shaft, signal);
+  }
+
+  template <class Stepper, class Sink>
+  void instant(MachineState<S>& state, double tolerance, Stepper& stepper, Sink&& sink) const {
     const bool record = record_rate_ > 0.0 && state.next_record / record_rate_ <= state.time + tolerance;
     const bool sample = controlled_ && state.next_sample / sample_rate_ <= state.time + tolerance;
     if (record || sample) {
       Record<S> seen;
       seen.shaft = shaft(state);
-      signals(state, seen.shaft, seen.signal);
+      signals(stepper, state, seen.shaft, seen.signal);
       if (record) {
+        bring(stepper, state);
         seen.index = state.next_record++;
         seen.time = state.time;
         seen.state = &state;

@@ -18,6 +18,15 @@ EXAMPLE = "amb bench --out out/bench"
 TURNS, ETA, DAMPING, ECCENTRICITY, ALPHA, MU = 300, 1.05, 0.0347, 0.0973, 13.68, 0.015
 END = (0.94156385, -0.37870998)  # of this run, by SciPy's DOP853 at 1e-13: what Octave and SciPy are held to
 OURS = ("lanes", "event", "modal")
+PARTS = ("lanes", "single", "drop", "flexible", "growth")
+# what grows, what its cost is, and the exponent that it may have: linear, or the method's
+GROWTH = {
+    "machines": ("basic models in lanes, one turn of 200 steps", 1.0),
+    "nodes": ("a shaft's elements to its modes, a dense eigenvalue problem", 3.0),
+    "modes": ("modes a plane, 0.1 s levitated, no record", 1.0),
+    "effects": ("effects of a rigid beam, 1000 calls of its rates", 1.0),
+    "length": ("simulated seconds, levitated rigid beam", 1.0),
+}
 
 OCTAVE = f"""
 1;
@@ -37,6 +46,7 @@ def add_arguments(parser) -> None:
     common.add_out(parser, "bench")
     parser.add_argument("--programs", metavar="DIR", help="folder of the benchmark programs (default: built here)")
     parser.add_argument("--no-octave", action="store_true", help="leave out Octave, which takes a minute")
+    parser.add_argument("--only", metavar="PARTS", help=f"of {','.join(PARTS)}; with commas between several")
     parser.add_argument("--min-time", type=float, default=0.3, metavar="S", help="shortest measurement of each [s]")
     parser.add_argument("--repetitions", type=int, default=3, metavar="N", help="of each; the median counts")
 
@@ -197,43 +207,131 @@ def _picture(problems: dict[str, list[dict]], folder: pathlib.Path) -> list[path
     return draw.save(figure, folder, "work_precision")
 
 
-def run(args) -> int:
-    if args.repetitions < 1:
-        raise InputError("--repetitions: at least 1")
-    folder = common.out_folder(args, "bench", "all")
-    programs = _programs(args)
-    lines = [f"Machine: {_processor()}, {os.cpu_count()} processors; load {os.getloadavg()[0]:.1f} at the start."]
-    lanes = _google_benchmark(programs / "basic_lanes_avx2", args)
-    lines += ["", "Lanes of the basic model (256 machines, 100 turns of 200 steps):", "",
-              "| kernel | machine-steps/s | share of the hand-written kernel |", "|---|---|---|"]
+def _growth(program: pathlib.Path, args) -> dict[str, list[tuple[float, float]]]:
+    """Quantity -> (size, seconds), rising."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    for run in _google_benchmark(program, args):
+        scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[run["time_unit"]]
+        found.setdefault(run["run_name"].split("/")[1], []).append((run["size"], run["cpu_time"] * scale))
+    return {name: sorted(points) for name, points in found.items()}
+
+
+def exponent(points: list[tuple[float, float]]) -> float:
+    """Slope of log cost over log size between the two largest sizes that are there; nan: fewer than two."""
+    points = [point for point in points if point[0] > 0.0 and point[1] > 0.0][-2:]
+    if len(points) < 2 or points[0][0] == points[1][0]:
+        return math.nan
+    (size0, cost0), (size1, cost1) = points
+    return math.log(cost1 / cost0) / math.log(size1 / size0)
+
+
+def _growth_lines(growth: dict[str, list[tuple[float, float]]]) -> list[str]:
+    lines = ["", "Growth: cost against size, one core; the exponent is that of the two largest sizes:", "",
+             "| what grows | cost of | sizes | seconds | exponent | at most |", "|---|---|---|---|---|---|"]
+    for name, points in growth.items():
+        what, expected = GROWTH[name]
+        lines.append(f"| {name} | {what} | {', '.join(f'{size:g}' for size, _ in points)} | "
+                     f"{', '.join(f'{cost:.3g}' for _, cost in points)} | {exponent(points):.2f} | {expected:g} |")
+    return lines
+
+
+def _growth_picture(growth: dict[str, list[tuple[float, float]]], folder: pathlib.Path) -> pathlib.Path:
+    from amb_rotor.sweeps import draw
+    pyplot = draw._pyplot()
+    figure, axes = pyplot.subplots(1, len(growth), figsize=(4.2 * len(growth), 4.2), squeeze=False)
+    for axis, (name, points) in zip(axes[0], growth.items()):
+        seen = [(size, cost) for size, cost in points if size > 0.0]
+        axis.loglog(*zip(*seen), "o-", linewidth=2.0, label="measured")
+        size, cost = seen[-1]
+        power = GROWTH[name][1]
+        axis.loglog([x for x, _ in seen], [cost * (x / size) ** power for x, _ in seen], "--", color="0.5",
+                    label=f"size^{power:g} through the largest")
+        axis.set(xlabel=name, ylabel="seconds", title=f"{name}: exponent {exponent(points):.2f}")
+        axis.grid(alpha=0.3, which="both")
+        axis.legend(fontsize=8)
+    figure.tight_layout()
+    return draw.save(figure, folder, "growth")
+
+
+def _lanes(program: pathlib.Path, args) -> tuple[list[str], dict]:
+    lanes = _google_benchmark(program, args)
+    lines = ["", "Lanes of the basic model (256 machines, 100 turns of 200 steps):", "",
+             "| kernel | machine-steps/s | share of the hand-written kernel |", "|---|---|---|"]
     rates = {run["run_name"].removesuffix("/real_time").removeprefix("basic_lanes/"): run["items_per_second"]
              for run in lanes}
     hand = rates.get("hand_avx2/threads:1", math.nan)
-    lines += [f"| {name} | {rate:.3g} | {rate / hand:.2f} |" for name, rate in rates.items()]
-    rows = _single_runs(args, programs)
+    return lines + [f"| {name} | {rate:.3g} | {rate / hand:.2f} |" for name, rate in rates.items()], rates
+
+
+def _single_lines(rows: list[dict], args) -> list[str]:
+    lines = []
     if args.no_octave or not shutil.which("octave-cli"):
         lines += ["", "Octave: " + ("left out." if args.no_octave else "not installed.")]
     lines += ["", f"One run of {TURNS} turns in rub (frequency ratio {ETA}), one core; lanes: time of one of 1024:", ""]
-    lines += _table(rows)
-    lines += ["", "At equal error, basic model in rub:", ""] + at_equal_error(rows, "event_accurate")
-    drop = _runs(programs / "rigid_drop", args)
-    lines += ["", "Drop of a rigid beam on compliant mounts with Hertz contact, 0.1 s; the peers have equations written by "
-              "hand for this machine alone:", "", "| integrator / tolerance digits | seconds | error | calls |",
-              "|---|---|---|---|"]
+    return lines + _table(rows) + ["", "At equal error, basic model in rub:", ""] + at_equal_error(rows, "event_accurate")
+
+
+def _drop_lines(drop: list[dict]) -> list[str]:
+    lines = ["", "Drop of a rigid beam on compliant mounts with Hertz contact, 0.1 s; the peers have equations written by "
+             "hand for this machine alone:", "", "| integrator / tolerance digits | seconds | error | calls |",
+             "|---|---|---|---|"]
     lines += [f"| {row['name']} | {row['seconds']:.3g} | {row['error']:.1e} | {row['calls']:.0f} |"
               for row in sorted(drop, key=lambda row: row["seconds"])]
-    lines += ["", "At equal error:", ""] + at_equal_error(drop, "modal")
-    flexible = _google_benchmark(programs / "flexible_rotor", args)
-    lines += ["", "Flexible rotor on its sampled magnetic bearings, in modal coordinates:", "",
-              "| case | modes | times real time | ns a step in contact, with all else | error / clearance |",
-              "|---|---|---|---|---|"]
+    return lines + ["", "At equal error:", ""] + at_equal_error(drop, "modal")
+
+
+def _flexible_lines(flexible: list[dict]) -> list[str]:
+    lines = ["", "Flexible rotor on its sampled magnetic bearings, in modal coordinates:", "",
+             "| case | modes | times real time | ns a step in contact, with all else | error / clearance |",
+             "|---|---|---|---|---|"]
     for run in flexible:
         step = f"{1e9 / run['items_per_second']:.0f}" if run.get("items_per_second") else ""
-        lines.append(f"| {run['run_name']} | {run['modes']:.0f} | {run['times_real_time']:.3g} | {step} | "
-                     f"{run['error']:.1e} |")
+        error = f"{run['error']:.1e}" if "error" in run else ""
+        lines.append(f"| {run['run_name']} | {run['modes']:.0f} | {run['times_real_time']:.3g} | {step} | {error} |")
+    return lines
+
+
+def chosen_parts(text: str | None) -> tuple[str, ...]:
+    if text is None:
+        return PARTS
+    parts = tuple(text.split(","))
+    unknown = [part for part in parts if part not in PARTS]
+    if unknown:
+        raise InputError(f"--only {','.join(unknown)}: must be of {', '.join(PARTS)}")
+    return parts
+
+
+def run(args) -> int:
+    if args.repetitions < 1:
+        raise InputError("--repetitions: at least 1")
+    parts = chosen_parts(args.only)
+    folder = common.out_folder(args, "bench", "all")
+    programs = _programs(args)
+    lines = [f"Machine: {_processor()}, {os.cpu_count()} processors; load {os.getloadavg()[0]:.1f} at the start."]
+    found, diagrams = {}, {}
+    if "lanes" in parts:
+        more, found["lanes"] = _lanes(programs / "basic_lanes_avx2", args)
+        lines += more
+    if "single" in parts:
+        found["single_runs"] = _single_runs(args, programs)
+        lines += _single_lines(found["single_runs"], args)
+        diagrams[f"Basic model in rub, {TURNS} turns"] = found["single_runs"]
+    if "drop" in parts:
+        found["drop"] = _runs(programs / "rigid_drop", args)
+        lines += _drop_lines(found["drop"])
+        diagrams["Drop of a rigid beam, Hertz contact, mounts"] = found["drop"]
+    if "flexible" in parts:
+        found["flexible"] = _google_benchmark(programs / "flexible_rotor", args)
+        lines += _flexible_lines(found["flexible"])
+    if "growth" in parts:
+        found["growth"] = _growth(programs / "growth", args)
+        lines += _growth_lines(found["growth"])
     print("\n".join(lines))
-    common.write_json(args, {"lanes": rates, "single_runs": rows, "drop": drop, "flexible": flexible})
+    common.write_json(args, found)
     common.atomic_write(folder / "performance.md", "\n".join(lines) + "\n")
-    _picture({f"Basic model in rub, {TURNS} turns": rows, "Drop of a rigid beam, Hertz contact, mounts": drop}, folder)
+    if diagrams:
+        _picture(diagrams, folder)
+    if "growth" in parts:
+        _growth_picture(found["growth"], folder)
     common.report_line(folder / "performance.md")
     return 0

@@ -76,7 +76,7 @@ def run(args) -> int:
         model.write(str(path) + ".model.yaml")
     summary = _summary(model, scenario, result, seconds)
     print(f"model {model.name} ({model.hash}), scenario {scenario.name}: {summary['duration_s']:g} s in {seconds:.2f} s"
-          f" of computing, {result['steps']} steps, {result['events']} events")
+          f" of computing, {result['steps']} steps, {result['events']} events; by {result['path']}")
     print(f"largest radius in the auxiliary bearings: {summary['max_radius']:.3f} of the clearance; "
           f"{summary['contacts']} contacts, {100 * summary['contact_fraction']:.1f} % of the time; "
           f"largest contact force {summary['max_contact_force_N']:.4g} N")
@@ -130,4 +130,4 @@ def _summary(model, scenario, result: dict, seconds: float) -> dict:
             "reason": result["reason"], "duration_s": scenario.duration_s, "time_s": result["time_s"],
             "samples": int(columns["t_s"].size), "max_radius": radius, "contact_fraction": fraction,
             "contacts": len(result["contacts"]), "max_contact_force_N": force, "steps": result["steps"],
-            "events": result["events"], "seconds": seconds}
+            "events": result["events"], "path": result["path"], "seconds": seconds}

@@ -1,0 +1,259 @@
+// A step of contact: the forces of all nodes of a step by Newton's method, its error, and what it does to s.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+
+#include "amb_rotor/integration/contact_flow.hpp"
+#include "amb_rotor/integration/dense_products.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr int flow_iterations = 14;
+/// Error of Gauss's rule for a force that begins as t^1.5 (Hertz): 1.2e-4 of its impulse, 4.8e-4 of what that
+/// moves, over the square of the third Legendre component's share of the mean, 0.027. For smooth forces the
+/// product is of order 6.
+constexpr double roughness = 0.5;
+/// Passes end where what is left to change, by their contraction, is this part of the tolerance.
+constexpr double converged = 0.05;
+/// The contraction is measured anew after so many steps, which takes a pass more.
+constexpr int measured_every = 8;
+/// Change of tangents (of their size) and of directions [rad] from which Newton's matrix is made anew.
+constexpr double stale = 0.05;
+
+}  // namespace
+
+void ContactFlow::pushAtNodes(const LinearFlow::Table& table, double time) {
+  const double* x = LinearFlow::abscissae();
+  const int others = flow_.inputs() - end_inputs;
+  for (int j = 0; j < points; ++j) {
+    (*pushes_)(time + x[j] * table.h, pushed_.data());
+    for (int i = 0; i < others; ++i) u_[LinearFlow::column(end_inputs + i, j)] = pushed_[i];
+  }
+  free_.noalias() += table.forced.rightCols(others * points) * u_.tail(others * points);
+}
+
+void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
+  const double* x = LinearFlow::abscissae();
+  u_.head(end_inputs * points).setZero();
+  for (int e = 0; e < ends; ++e) {
+    if (mode[e] == 0) continue;
+    for (int i = 0; i < points; ++i) {
+      double* u = &u_[LinearFlow::column(2 * e, i)];
+      if (last_h_ <= 0.0) {
+        EndContacts::Normal none;
+        contacts_.force(e, &free_[i * rows + per_end * e], u, none);
+        continue;
+      }
+      double weight[points];
+      LinearFlow::interpolation((last_ended_ ? 1.0 : 0.0) + x[i] * table.h / last_h_, weight);
+      for (int j = 0; j < points; ++j) {
+        const double* last = &last_u_[LinearFlow::column(2 * e, j)];
+        u[0] += weight[j] * last[0];
+        u[1] += weight[j] * last[1];
+      }
+    }
+  }
+}
+
+void ContactFlow::push(const LinearFlow::Table& table, const int* mode, int point) {
+  Outputs w = Eigen::Map<const Outputs>(&free_[point * rows]);
+  for (int e = 0; e < ends; ++e) {
+    if (mode[e] == 0) continue;
+    for (int at = 2 * points * e; at < 2 * points * (e + 1); ++at)
+      w += Eigen::Map<const Outputs>(&table.forced(point * rows, at)) * u_[at];
+  }
+  w_.segment<rows>(point * rows) = w;
+}
+
+bool ContactFlow::solve(const LinearFlow::Table& table, double time, const double* s, const int* mode) {
+  const double* x = LinearFlow::abscissae();
+  product(table.free.data(), table.free.rows(), flow_.size(), s, free_.data(), false);
+  for (int i = 0; i <= points; ++i) {
+    const double t = (i < points ? x[i] : 1.0) * table.h;
+    double w[rows];
+    keptUp(time + t, w);
+    for (int o = 0; o < rows; ++o) free_[i * rows + o] += w[o] + t * (drift_[0][o] + t * drift_[1][o]);
+  }
+  if (pushes_ != nullptr) pushAtNodes(table, time);
+  guess(table, mode);
+  unknowns_ = 0;
+  for (int e = 0; e < ends; ++e)
+    for (int i = 0; i < points && mode[e] != 0; ++i) unknown_[unknowns_++] = i * ends + e;
+  const bool same = contraction_h_ == table.h && ++since_measured_ < measured_every;
+  double previous = 0.0;
+  for (int pass = 0; pass < flow_iterations; ++pass) {
+    double change = 0.0;
+    for (int i = 0; i < points; ++i) {
+      double* w = &w_[i * rows];
+      std::copy(w, w + rows, before_.data());
+      push(table, mode, i);
+      for (int e = 0; e < ends; ++e)
+        for (int o = per_end * e; o < per_end * (e + 1) && mode[e] != 0; ++o) {
+          const double scale = o % per_end < 2 ? options_.length_scale : options_.speed_scale;
+          change = std::max(change, std::abs(w[o] - before_[o]) / scale);
+        }
+    }
+    change /= options_.tolerance;
+    if (pass > 0) {
+      if (!std::isfinite(change)) return false;
+      if (pass > 1 && previous > converged) {  // below that it is round-off that changes
+        contraction_ = change / previous;
+        contraction_h_ = table.h;
+        since_measured_ = 0;
+      }
+      const double left = change * contraction_ / std::max(1e-3, 1.0 - contraction_);
+      if (unknowns_ == 0 || change < converged ||
+          ((pass > 1 || same) && contraction_ < 0.7 && left < converged)) {
+        push(table, mode, points);
+        return true;
+      }
+      if (pass > 2 && change > 0.7 * previous) return false;
+    }
+    previous = change;
+    evaluate();
+    if (pass == 0 && !stillFits(table)) linearise(table);
+    correct();
+  }
+  return false;
+}
+
+/// Forces at all nodes.
+void ContactFlow::evaluate() {
+  for (int k = 0; k < unknowns_; ++k) {
+    const int i = unknown_[k] / ends, e = unknown_[k] % ends;
+    const double* at = &w_[i * rows + per_end * e];
+    guards_[i * ends + e] = contacts_.force(e, at, &evaluated_[LinearFlow::column(2 * e, i)], normal_[k]);
+    const double inverse = 1.0 / std::sqrt(at[0] * at[0] + at[1] * at[1]);
+    direction_[k][0] = at[0] * inverse;
+    direction_[k][1] = at[1] * inverse;
+  }
+  statistics_.evaluations += unknowns_;
+}
+
+/// Whether the factors that are there serve this step, too: the same table, and tangents and directions that
+/// have changed by little (which the contraction that is measured tells of).
+bool ContactFlow::stillFits(const LinearFlow::Table& table) const {
+  if (lu_h_ != table.h || lu_unknowns_ != unknowns_) return false;
+  for (int k = 0; k < unknowns_; ++k) {
+    const EndContacts::Normal &now = normal_[k], &then = lu_normal_[k];
+    if (unknown_[k] != lu_unknown_[k] || std::abs(now.slope - then.slope) > stale * then.slope ||
+        std::abs(now.damping - then.damping) > stale * then.damping ||
+        std::abs(direction_[k][0] * lu_direction_[k][1] - direction_[k][1] * lu_direction_[k][0]) > stale)
+      return false;
+  }
+  return true;
+}
+
+/// N_i = k_i n_i.x_i + c_i n_i.v_i + ..., x_i and v_i moved by all u_j = -N_j e_j (e: the normal, turned by
+/// the friction's share): factors of the matrix of N - k n.x(N) - c n.v(N).
+void ContactFlow::linearise(const LinearFlow::Table& table) {
+  double turned[most_unknowns][2];
+  for (int l = 0; l < unknowns_; ++l) {
+    const int j = unknown_[l] / ends, f = unknown_[l] % ends;
+    const double* u = &evaluated_[LinearFlow::column(2 * f, j)];
+    const double inverse = normal_[l].force != 0.0 ? -1.0 / normal_[l].force : 0.0;
+    turned[l][0] = inverse != 0.0 ? u[0] * inverse : direction_[l][0];
+    turned[l][1] = inverse != 0.0 ? u[1] * inverse : direction_[l][1];
+  }
+  for (int k = 0; k < unknowns_; ++k) {
+    const int i = unknown_[k] / ends, e = unknown_[k] % ends, row = i * rows + per_end * e;
+    const double nx = direction_[k][0], ny = direction_[k][1];
+    const double weight[4] = {normal_[k].slope * nx, normal_[k].slope * ny, normal_[k].damping * nx,
+                              normal_[k].damping * ny};
+    for (int l = 0; l < unknowns_; ++l) {
+      const int j = unknown_[l] / ends, f = unknown_[l] % ends;
+      const double* by_x = &table.forced(row, LinearFlow::column(2 * f, j));
+      const double* by_y = &table.forced(row, LinearFlow::column(2 * f + 1, j));
+      double sum = k == l ? 1.0 : 0.0;
+      for (int o = 0; o < per_end; ++o) sum += weight[o] * (by_x[o] * turned[l][0] + by_y[o] * turned[l][1]);
+      lu_[k][l] = sum;
+    }
+  }
+  lu_h_ = table.h;
+  lu_unknowns_ = unknowns_;
+  std::copy(std::begin(unknown_), std::end(unknown_), lu_unknown_);
+  std::copy(std::begin(normal_), std::end(normal_), lu_normal_);
+  std::memcpy(lu_direction_, direction_, sizeof direction_);
+  // the matrix is near 1 where the step suits the contact: no pivoting; where it is not, the passes do not
+  // contract
+  for (int p = 0; p < unknowns_; ++p) {
+    lu_[p][p] = 1.0 / lu_[p][p];
+    for (int k = p + 1; k < unknowns_; ++k) {
+      const double factor = lu_[k][p] *= lu_[p][p];
+      for (int l = p + 1; l < unknowns_; ++l) lu_[k][l] -= factor * lu_[p][l];
+    }
+  }
+}
+
+/// Newton's step in the normal forces; directions are those of the evaluation.
+void ContactFlow::correct() {
+  double moved[most_unknowns], plain[most_unknowns];  // Newton's step, the fixed point's
+  for (int k = 0; k < unknowns_; ++k) {
+    const int i = unknown_[k] / ends, e = unknown_[k] % ends;
+    const double* u = &u_[LinearFlow::column(2 * e, i)];
+    moved[k] = normal_[k].force + u[0] * direction_[k][0] + u[1] * direction_[k][1];
+    plain[k] = moved[k];
+    for (int l = 0; l < k; ++l) moved[k] -= lu_[k][l] * moved[l];
+  }
+  for (int k = unknowns_ - 1; k >= 0; --k) {
+    for (int l = k + 1; l < unknowns_; ++l) moved[k] -= lu_[k][l] * moved[l];
+    moved[k] *= lu_[k][k];
+  }
+  for (int k = 0; k < unknowns_; ++k) {
+    const int i = unknown_[k] / ends, e = unknown_[k] % ends, column = LinearFlow::column(2 * e, i);
+    const double beyond = moved[k] - plain[k], force = normal_[k].force;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double evaluated = evaluated_[column + axis];
+      u_[column + axis] = evaluated + beyond * (force != 0.0 ? evaluated / force : -direction_[k][axis]);
+    }
+  }
+}
+
+double ContactFlow::error(const LinearFlow::Table& table) {
+  static constexpr double weight[points] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
+                                            0.17392742256872693};
+  const double* x = LinearFlow::abscissae();
+  const Outputs top = table.top * u_;
+  // means and highest Legendre components of the forces, and what they would move if they were constant
+  Outputs by_mean = Outputs::Zero(), by_third = Outputs::Zero();
+  for (int input = 0; input < 2 * ends; ++input) {
+    double mean = 0.0, third = 0.0;
+    for (int j = 0; j < points; ++j) {
+      const double t = 2.0 * x[j] - 1.0, u = u_[LinearFlow::column(input, j)];
+      mean += weight[j] * u;
+      third += 7.0 * weight[j] * 0.5 * t * (5.0 * t * t - 3.0) * u;
+    }
+    for (int j = 0; j < points; ++j) {
+      const Eigen::Map<const Outputs> k(&table.forced(points * rows, LinearFlow::column(input, j)));
+      by_mean += k * mean;
+      by_third += k * third;
+    }
+  }
+  double most = 0.0;
+  for (int o = 0; o < rows; ++o) {
+    const bool length = o % per_end < 2;
+    const double scale =
+        std::max(length ? options_.length_scale : options_.speed_scale, std::abs(w_[points * rows + o]));
+    const double rough = std::abs(by_mean[o]) > 0.0 ? by_third[o] * by_third[o] / std::abs(by_mean[o]) : 0.0;
+    // a component that is larger than the mean leaves nothing to square
+    most = std::max(most,
+                    std::max(std::abs(top[o]), roughness * std::min(rough, std::abs(by_third[o]))) / scale);
+  }
+  return most / options_.tolerance;
+}
+
+void ContactFlow::take(const LinearFlow::Table& table, const int* mode, double* s) {
+  flow_.move(table.real.data(), table.imaginary.data(), table.h, s);
+  drift(table.h, s);
+  constexpr int of_end = 2 * points;
+  const auto add = [&](int first, int columns) {
+    product(table.response.col(first).data(), flow_.size(), columns, &u_[first], s, true);
+  };
+  for (int e = 0; e < ends; ++e)
+    if (mode[e] != 0) add(of_end * e, of_end);
+  if (pushes_ != nullptr) add(end_inputs * points, (flow_.inputs() - end_inputs) * points);
+}
+
+}  // namespace amb_rotor

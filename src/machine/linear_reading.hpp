@@ -1,0 +1,107 @@
+#pragma once
+// The equations of a machine that is linear between contacts, read from its own derivatives, for whatever
+// effects it has:
+//
+//   y' = A y + B u + g0 + gc cos(angle) + gs sin(angle) + G i,   w = C y + w0
+//   y: mechanics (machine/machine.hpp);  i: currents that make the forces [A], ax, ay, bx, by
+//   u: force on the rotor at the end a, then b [N, x y each]; forces of a schedule [N]; its unbalances
+//   (factor times
+//      cosine, factor times sine of the angle)
+//   w: displacement and velocity of each end in its bearing [m, m/s];  beside it the rotor at the sensors [m]
+//
+// Checked against the machine at random states, in and out of contact, at constant speed and with bearings on
+// or off as given; reason() says what is not linear. Left out: what depends on the history (coils, filters,
+// lags).
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/excitation/schedule.hpp"
+#include "amb_rotor/integration/contact_flow.hpp"
+#include "amb_rotor/machine/machine.hpp"
+
+namespace amb_rotor {
+
+/// The two contact laws that most machines have, with constant friction, without the detours of the general
+/// one.
+struct PlainLaw {
+  bool known = false, hertz = false;
+  double stiffness = 0.0, damping = 0.0, friction = 0.0, clearance = 0.0, surface_speed = 0.0;
+
+  double force(const double* w, double* u, EndContacts::Normal& normal) const {
+    const double distance = std::sqrt(w[0] * w[0] + w[1] * w[1] + 1e-30), inverse = 1.0 / distance;
+    const double nx = w[0] * inverse, ny = w[1] * inverse, depth = distance - clearance;
+    const double rate = nx * w[2] + ny * w[3], slip = surface_speed + nx * w[3] - ny * w[2];
+    double margin;
+    if (hertz) {
+      const NormalForce<double> law = hertzContact(stiffness, damping, depth, rate);
+      normal = {law.force, law.slope, law.damping};
+      margin = law.margin;
+    } else {
+      normal = {stiffness * depth + damping * rate, stiffness, damping};
+      margin = normal.force / stiffness;
+    }
+    const double share = slip / friction_regularisation_m_s;
+    const double tangential = -friction * normal.force *
+                              (std::abs(share) > saturated ? std::copysign(1.0, share) : std::tanh(share));
+    u[0] = -normal.force * nx - tangential * ny;
+    u[1] = -normal.force * ny + tangential * nx;
+    return std::min(depth, margin);
+  }
+  /// Where tanh is 1 but for round-off.
+  static constexpr double saturated = 20.0;
+};
+
+class LinearReading : public EndContacts {
+ public:
+  LinearReading(const Machine<double>& machine, const Schedule* schedule, const Vec2<double> bearing_on[2],
+                double speed);
+
+  const std::string& reason() const { return reason_; }
+  bool serves(const Schedule* schedule, const Vec2<double> on[2], double speed) const {
+    return schedule == schedule_ && on[0].x == in_.bearing_on[0].x && on[0].y == in_.bearing_on[0].y &&
+           on[1].x == in_.bearing_on[1].x && on[1].y == in_.bearing_on[1].y && speed == speed_;
+  }
+
+  double force(int end, const double* w, double* u, Normal& normal) const override {
+    if (plain_.known) return plain_.force(w, u, normal);
+    return general(end, w, u, normal);
+  }
+
+ protected:
+  const Machine<double>& machine_;
+  int n_;
+  double speed_;
+  const Schedule* schedule_;
+  std::string reason_;
+  LinearSystem system_;
+  Eigen::Vector4d place0_, sensor0_;
+  Eigen::MatrixXd sensed_;  ///< the rotor at the sensors from y
+  Eigen::VectorXd constant_, cosine_, sine_;
+  Eigen::MatrixXd by_current_;
+  bool driven_ = false;
+  std::vector<Vec2<double>> forces_;  ///< of the schedule: as many as it has, and factors of its unbalances
+  std::vector<double> factors_, later_factors_, drive_factors_;
+
+ private:
+  /// Displacements of the ends in their bearings, then of the rotor at the sensors.
+  using Places = Eigen::Matrix<double, 8, 1>;
+
+  double general(int end, const double* w, double* u, Normal& normal) const;
+  Eigen::VectorXd rates(const Eigen::VectorXd& y, double angle, const double* current,
+                        const Vec2<double>* force = nullptr, const double* unbalance = nullptr);
+  Places places(const Eigen::VectorXd& y);
+  void probe();
+  void probeSchedule(const Eigen::VectorXd& f0);
+  void probeContacts();
+  Eigen::VectorXd contactEffect(int end, const Eigen::VectorXd& y, Vec2<double>& force);
+  void fail(const char* what);
+  void check();
+  void recogniseLaw();
+
+  Inputs<double> in_, law_;
+  const int carries_[2] = {1, 1};
+  PlainLaw plain_;
+};
+
+}  // namespace amb_rotor
