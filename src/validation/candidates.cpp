@@ -307,7 +307,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   });
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
   Trial winner = std::move(trials[0]);
-  if (!contact && !isNested(winner.effect))
+  if (!contact && (!isNested(winner.effect) || hillsLieApart(winner.effect)))
     for (std::size_t i = 1; i < trials.size() && i < followed_starts; ++i) winner.others.push_back(std::move(trials[i]));
   return winner;
 }
@@ -402,7 +402,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);
     goOn(t, {needsContact(t.effect) ? Through::contact : Through::free, round_iterations, false, needsContact(t.effect)});
-    // hills of a resonance's frequency are told apart near their tops only
+    // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {
       if (t.evidence < (settled ? near : in_reach) * leader) break;
       value(other, references);
