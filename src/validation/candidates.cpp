@@ -249,7 +249,8 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
       followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     }
-    serious = foreseen_short * gains[order[0]].gain > in_reach * leader;
+    const double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
+    serious = !(foreseen > 0.0) || foreseen_short * foreseen > in_reach * leader;
     if (!serious) followed = 1;
     for (std::size_t i = 0; i < starts.size(); ++i)
       if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
