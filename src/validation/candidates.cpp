@@ -308,7 +308,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   });
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
   Trial winner = std::move(trials[0]);
-  if (!contact && (!isNested(winner.effect) || hillsLieApart(winner.effect)))
+  if (!contact && !isNested(winner.effect))
     for (std::size_t i = 1; i < trials.size() && i < followed_starts; ++i) winner.others.push_back(std::move(trials[i]));
   return winner;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/equivalent_unbalance.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 #include "candidates.hpp"
@@ -213,6 +214,13 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     local = near.local;
   }
   joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
+  Settings likelier = joint_.effects();
+  Eigen::VectorXd there = joint_.nuisance();
+  if (moveToLikeliestUnbalance(candidates_.belief(), *joint_.space, likelier, there)) {
+    Trial more = candidates_.fit(likelier, &there, joint_.local,
+                                 {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
+    if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
+  }
   errors_ = candidates_.judge(joint_, true, true);
   adopted_ = joint_.effects();
   for (std::size_t i = 0; i < effects.size(); ++i)

@@ -82,8 +82,6 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
 
 bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
 
-bool hillsLieApart(const std::string& effect) { return effect == "couple_unbalance"; }
-
 void scaleStart(EffectSetting& effect, double share) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {

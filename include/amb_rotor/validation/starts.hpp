@@ -24,10 +24,6 @@ std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 /// Whether an effect's starts lie side by side along one parameter, rising, as in a scan.
 bool startsAreAScan(const std::string& effect);
 
-/// Whether the hills that its starts lead to lie apart although the effect can be absent: a second unbalance on the other
-/// side of the rotor's centre makes the same couple with the opposite sign, and only the static part tells them apart.
-bool hillsLieApart(const std::string& effect);
-
 /// An effect of a share a of its size, within its limits: amplitudes by a; what is neutral at its upper limit (a stator's
 /// mass) by 1/a, a knee of the iron, whose effect goes by its fourth power, by a^(-1/4); the shape of a bending mode, by
 /// which a force goes in and its motion comes out, by the root of a between 0.01 and 4.
