@@ -205,16 +205,22 @@ std::string ModalStepper::Taken::text() const {
   return std::string("modal coordinates for ") + share + " % of the intervals, else event stepper" + why;
 }
 
+namespace {
+
+void add(const IntegratorStatistics& own, IntegratorStatistics& sum) {
+  sum.steps += own.steps;
+  sum.rejected += own.rejected;
+  sum.evaluations += own.evaluations;
+  sum.events += own.events;
+}
+
+}  // namespace
+
 IntegratorStatistics ModalStepper::statistics() const {
   IntegratorStatistics sum = general_.statistics();
-  for (const auto& linear : known_) {
-    if (linear == nullptr || linear->statistics() == nullptr) continue;
-    const IntegratorStatistics& own = *linear->statistics();
-    sum.steps += own.steps;
-    sum.rejected += own.rejected;
-    sum.evaluations += own.evaluations;
-    sum.events += own.events;
-  }
+  add(replaced_, sum);
+  for (const auto& linear : known_)
+    if (linear != nullptr && linear->statistics() != nullptr) add(*linear->statistics(), sum);
   return sum;
 }
 
@@ -236,6 +242,7 @@ ModalStepper::Linear* ModalStepper::linearFor(const Simulator<double>& sim, doub
       return reason_.empty() ? known_[i].get() : nullptr;
     }
   last_ = 1 - last_;
+  if (known_[last_] != nullptr && known_[last_]->statistics() != nullptr) add(*known_[last_]->statistics(), replaced_);
   known_[last_] = std::make_unique<Linear>(machine_, schedule, held.bearing_on, start.speed, tolerance_);
   reason_ = known_[last_]->reason();
   return reason_.empty() ? known_[last_].get() : nullptr;

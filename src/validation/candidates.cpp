@@ -49,6 +49,8 @@ constexpr int climbing_iterations = 8;
 constexpr double hopeless = -40.0;
 /// Of its prior standard deviation so much may be left of a nuisance that counts as settled by the runs without contact.
 constexpr double settled_share = 0.25;
+/// Share of a coordinate's scale from a limit at which it counts as stopped there.
+constexpr double limit_share = 0.01;
 /// Prior standard deviations by which a refitted nuisance must be off for candidates to start from the belief too.
 constexpr double far_from_belief = 2.5;
 
@@ -122,6 +124,26 @@ Candidates::Candidates(const Model& belief, const Dataset& dataset)
     const bool contact = recordings_[i].holdsContact();
     (to_fit ? (contact ? fit_contact_ : fit_free_) : (contact ? check_contact_ : check_free_)).push_back(i);
   }
+}
+
+bool Candidates::leaveLimits(const FitSpace& space, const Eigen::VectorXd& x, EffectSetting& effect) const {
+  std::string unused;
+  const auto starts = startingValues(effect.id, belief_, recordings_, unused);
+  if (starts.empty()) return false;
+  const auto& start = starts[starts.size() / 2];
+  const auto& parameters = effectCatalogue().find(effect.id)->parameters;
+  bool any = false;
+  for (int k = space.nuisances(); k < space.size(); ++k) {
+    const Coordinate& c = space.coordinates()[k];
+    const double close = limit_share * c.scale;
+    if (x[k] - c.lower > close && c.upper - x[k] > close) continue;
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (c.name == effect.id + "." + parameters[i].name && effect.values[i] != start[i]) {
+        effect.values[i] = start[i];
+        any = true;
+      }
+  }
+  return any;
 }
 
 Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
@@ -335,11 +357,14 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
   std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
   Eigen::VectorXd back = nuisances[0];
-  if (returnToBelief(*reference.space, back)) {
-    if (effect == "compliant_mount")  // the contact's stiffness is then not the mount's too
-      nuisances[0] = back;
-    else
-      nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
+  const bool far = returnToBelief(*reference.space, back);
+  if (effect == "compliant_mount") {  // what softens the contact is then the mount, not the contact too
+    for (long k = 0; k < back.size(); ++k)
+      if (reference.space->coordinates()[k].name == "auxiliary_bearing.contact.stiffness_N_per_m")
+        back[k] = reference.space->coordinates()[k].prior_mean;
+    nuisances[0] = back;
+  } else if (far) {
+    nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
   }
   bool serious = true;
   Trial winner = bestOf(starts, nuisances, references, contact, leader, serious);

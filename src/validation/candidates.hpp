@@ -76,6 +76,9 @@ class Candidates {
   double offsetStd() const { return offset_std_; }
   bool haveContact() const { return !fit_contact_.empty(); }
 
+  /// Puts values of an effect that a fit has left at a limit back to those of its middle start. False: none is.
+  bool leaveLimits(const FitSpace& space, const Eigen::VectorXd& x, EffectSetting& effect) const;
+
   /// @param nuisance  where to start; null: the belief
   /// @param prior     for Through::contact
   Trial fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
@@ -89,7 +92,7 @@ class Candidates {
   References referencesOf(const Trial& free, const Trial& all) const;
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  /// @param leader  the best evidence so far: what cannot come near it is looked at once, from its best start
+  /// @param leader  the best evidence so far of an effect without contact: what cannot come near it is looked at once, from its best start
   Trial look(const std::string& effect, const Settings& adopted, const References& references, double leader) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
   void finish(std::vector<Trial>& trials, const References& references,

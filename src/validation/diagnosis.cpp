@@ -91,7 +91,9 @@ class Diagnoser {
 
 void Diagnoser::setReferences(const Trial& free, const Trial& all) {
   references_ = candidates_.referencesOf(free, all);
-  references_.worth = 0.5 * least_excess_share * std::max(0.0, references_.free.fit.squares - references_.free.fit.count);
+  const FitResult& fit = references_.free.fit;
+  const double level = std::max(1.0, fit.squares / std::max(1.0, fit.count));  // evidence is over the level that is left
+  references_.worth = 0.5 * least_excess_share * std::max(0.0, fit.squares - fit.count) / level;
 }
 
 void Diagnoser::baseline(Diagnosis& out) {
@@ -124,7 +126,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     progress(from + 0.6 * (to - from) * n / names_.size(), names_[n]);
     if (holds(adopted_, names_[n]) || holds(candidates_.belief().effects, names_[n])) continue;
     trials.push_back(candidates_.look(names_[n], adopted_, references_, leader));
-    leader = std::max(leader, trials.back().evidence);
+    if (!needsContact(names_[n])) leader = std::max(leader, trials.back().evidence);
   }
   candidates_.finish(trials, references_, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");
@@ -209,6 +211,15 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
       Trial more = candidates_.fit(near.effects(), &believed, local, effort, &references_.prior);
       if (more.fit.finite && more.fit.chi2 < near.fit.chi2) near = std::move(more);
     }
+    // what has run against a limit on the way (a mount's mass, while its stiffness was wrong) is tried from a start again
+    Settings away = near.effects();
+    if (candidates_.leaveLimits(*near.space, near.fit.x, away.back())) {
+      const Eigen::VectorXd at = near.nuisance();
+      local = near.local;
+      for (auto& state : local) state = begunAnew(state);
+      Trial more = candidates_.fit(away, &at, local, effort, &references_.prior);
+      if (more.fit.finite && more.fit.chi2 < near.fit.chi2) near = std::move(more);
+    }
     own = near.nuisance();
     from = near.effects();
     local = near.local;
@@ -288,9 +299,10 @@ bool Diagnoser::structured() const {
 }
 
 Unexplained Diagnoser::unexplainedBy(const Trial& trial) const {
-  if (errors_.validation_error_free <= structured_error) {  // the search for a law looks at runs without contact
+  const double free = errors_.validation_error_free;
+  if (free >= 0.0 && free <= structured_error) {  // the search for a law looks at runs without contact
     Unexplained out;
-    out.depends_on = {"position"};
+    out.depends_on = {"position", "velocity"};
     out.shape = "it shows in contact only: a force at the auxiliary bearings, where the rotor has used up the clearance";
     return out;
   }

@@ -214,29 +214,41 @@ double integralFromCurrent(const Recording& rec, const Rig<double>& rig, int axi
     if (at > first) to = std::min(to, at);
   }
   if (to - from < 2) return 0.0;
+  const double limit = std::min(rig.amb.bias_current_A, rig.amb.max_current_A - rig.amb.bias_current_A);
   double sum = 0.0;
   for (long i = from; i < to; ++i) {
     const double current = rec.measured[i * predicted_channels + 4 + axis];
-    if (std::fabs(current) > 0.95 * rig.amb.max_current_A) return 0.0;
-    sum += current + rig.controller.kp_A_per_m * rec.measured[i * predicted_channels + axis];
+    if (std::fabs(current) > 0.95 * limit) return 0.0;
+    sum += current - rec.excitation.at(axis, static_cast<double>(i) / rate) + rig.controller.kp_A_per_m * rec.measured[i * predicted_channels + axis];
   }
   const double slope = (rec.measured[(to - 1) * predicted_channels + axis] - rec.measured[from * predicted_channels + axis]) *
                        rate / static_cast<double>(to - 1 - from);
   return -(sum / static_cast<double>(to - from) + rig.controller.kd_A_s_per_m * slope) / ki;
 }
 
-/// Rounds in which a gain off by 0.7 of itself is taken out to 1 %.
-constexpr int sensing_rounds = 13;
-
-/// Where the rotor is where its sensors show this: runout, gain and rotation of the sensors taken out.
-void outOfSensors(const Machine<double>& machine, const ShaftInstant& at, const double shown[4], double place[4]) {
-  const Shaft<double> shaft = Shaft<double>::at(at.angle, at.speed, at.acceleration);
+/// Where the rotor is where its sensors show this: runout, gain and rotation of the sensors taken out, by Newton's method.
+void outOfSensors(const Machine<double>& machine, const ShaftInstant& at, double time, const double shown[4], double place[4]) {
+  constexpr int rounds = 3;  // exact after one where the signals go with the place
+  constexpr double step_m = 1e-6;
+  Shaft<double> shaft = Shaft<double>::at(at.angle, at.speed, at.acceleration);
+  shaft.time = time;
   std::copy(shown, shown + 4, place);
-  for (int round = 0; round < sensing_rounds; ++round) {
-    Vec2<double> signal[2] = {{place[0], place[1]}, {place[2], place[3]}};
-    machine.sense(shaft, signal);
-    const double now[4] = {signal[0].x, signal[0].y, signal[1].x, signal[1].y};
-    for (int a = 0; a < 4; ++a) place[a] += shown[a] - now[a];
+  for (int round = 0; round < rounds; ++round) {
+    Vec2<double> now[3][2];  // as it is, and a step on in x and in y
+    for (int k = 0; k < 3; ++k) {
+      for (int end = 0; end < 2; ++end)
+        now[k][end] = {place[2 * end] + (k == 1 ? step_m : 0.0), place[2 * end + 1] + (k == 2 ? step_m : 0.0)};
+      machine.sense(shaft, now[k]);
+    }
+    for (int end = 0; end < 2; ++end) {
+      const double xx = (now[1][end].x - now[0][end].x) / step_m, xy = (now[2][end].x - now[0][end].x) / step_m;
+      const double yx = (now[1][end].y - now[0][end].y) / step_m, yy = (now[2][end].y - now[0][end].y) / step_m;
+      const double determinant = xx * yy - xy * yx;
+      if (!(std::fabs(determinant) > 1e-6)) continue;
+      const double x = shown[2 * end] - now[0][end].x, y = shown[2 * end + 1] - now[0][end].y;
+      place[2 * end] += (yy * x - xy * y) / determinant;
+      place[2 * end + 1] += (xx * y - yx * x) / determinant;
+    }
   }
 }
 
@@ -257,8 +269,8 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
   double place[4], rate_of_place[4], soon[4];
   const double instant = 0.1 / rec.run.sample_rate_hz;
   for (int a = 0; a < 4; ++a) soon[a] = value[a] + instant * slope[a];
-  outOfSensors(machine, shaftAt(rec, model, time), value, place);
-  outOfSensors(machine, shaftAt(rec, model, time + instant), soon, rate_of_place);
+  outOfSensors(machine, shaftAt(rec, model, time), time, value, place);
+  outOfSensors(machine, shaftAt(rec, model, time + instant), time + instant, soon, rate_of_place);
   for (int a = 0; a < 4; ++a) rate_of_place[a] = (rate_of_place[a] - place[a]) / instant;
   const int n = machine.rotor().modes();
   for (int axis = 0; axis < 2; ++axis) {

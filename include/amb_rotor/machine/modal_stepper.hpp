@@ -11,6 +11,10 @@
 // interval, and taken() counts both and says why: changing speed, spin as a state, coils and filters as
 // states, lags of the current, set-valued friction, spinning rings, nonlinear magnetic forces, edges that
 // move with the rotor's tilt. So does an interval whose contact the modal steps do not get through.
+// The check does not see forces that know the time, that act beyond a threshold of the current or in a part of
+// the turn only, friction whose fall lies beside the trial velocities, nor slow motion beside stiff modes
+// while bearings are off (to 1e-3 of the clearance with a motor's pull and 64 modes): callers must not use it
+// for those (run.cpp does not).
 // Forces and unbalances of a schedule are inputs of the linear machine: while one acts the motion goes by
 // steps, with its values at their nodes.
 //
@@ -76,6 +80,7 @@ class ModalStepper {
   long told_ = 0, skip_ = 0;          ///< contacts of this interval; those that are told already
   std::unique_ptr<Linear> known_[2];  ///< e.g. with the bearings on and off
   int last_ = 0;
+  IntegratorStatistics replaced_;  ///< of linear machines that others have taken the place of
   std::string fixed_reason_, reason_;
   IntegrationResult result_;
   std::function<void(int, bool, double, const double*)> observer_, counted_;

@@ -43,8 +43,8 @@ struct RunOutcome {
 
 struct RunOptions {
   double relative_tolerance = 1e-8;
-  bool modal = true;  ///< a rotor that bends goes in modal coordinates where it can; false: by the event stepper
   double settle_s = 0.5;  ///< length of the run-in before t = 0 where a scenario starts settled
+  bool modal = true;  ///< a rotor that bends goes in modal coordinates where it can; false: by the event stepper
 };
 
 struct Simulation {
