@@ -89,7 +89,8 @@ class LinearReading : public EndContacts {
 
   double general(int end, const double* w, double* u, Normal& normal) const;
   Eigen::VectorXd rates(const Eigen::VectorXd& y, double angle, const double* current,
-                        const Vec2<double>* force = nullptr, const double* unbalance = nullptr);
+                        const Vec2<double>* force = nullptr, const double* unbalance = nullptr,
+                        double time_s = 0.0);
   Places places(const Eigen::VectorXd& y);
   void probe();
   void probeSchedule(const Eigen::VectorXd& f0);

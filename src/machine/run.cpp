@@ -1,9 +1,9 @@
 #include "amb_rotor/machine/run.hpp"
 
 #include <cmath>
-#include <set>
 #include <type_traits>
 
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/modal_stepper.hpp"
 #include "amb_rotor/machine/set_valued_friction.hpp"
@@ -64,16 +64,13 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
   }
 }
 
-/// The first effect with which the modal path is not known to agree with the event stepper; empty: there is none. Those
-/// named here were compared one by one, levitated and dropped; forces that know the time, act beyond a threshold or in a
-/// part of the turn only, or change the slow motion of a rotor whose bearings are off, are left to the event stepper.
-std::string unfitForModes(const Model& model) {
-  static const std::set<std::string> compared = {
-      "sensor_runout",    "sensor_gain_error", "sensor_axis_rotation", "couple_unbalance",     "shaft_bow",
-      "static_load",      "amplifier_lag",     "control_delay",        "stiffness_anisotropy", "hertzian_contact",
-      "compliant_mount",  "auxiliary_bearing_misalignment"};
-  for (const auto& effect : model.effects)
-    if (compared.count(effect.id) == 0) return effect.id;
+/// An effect whose law comes from a file; empty: there is none. Such a law may act beyond a threshold, in a part of the turn
+/// or at some times only, which no trial of its linearity would find.
+std::string lawOfAFile(const Model& model) {
+  for (const auto& effect : model.effects) {
+    const EffectSchema* schema = effectCatalogue().find(effect.id);
+    if (schema != nullptr && schema->law != nullptr) return effect.id;
+  }
   return "";
 }
 
@@ -209,9 +206,9 @@ void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineStat
 
 Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& wanted) {
   Simulation run;
-  const std::string unfit = unfitForModes(model);
+  const std::string own_law = lawOfAFile(model);
   RunOptions options = wanted;
-  options.modal = wanted.modal && unfit.empty();
+  options.modal = wanted.modal && own_law.empty();
   const Schedule schedule(scenario.excitations, scenario.faults);
   const PiecewiseShaft path = shaftPath(scenario);
   const Spin spin = spinOf(model, scenario);
@@ -236,7 +233,7 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
     fillRun(sim, scenario, state, EventStepper(machine, options.relative_tolerance), run);
     run.outcome.path = !machine.isFlexible() ? "event stepper (the rotor does not bend)"
                        : !wanted.modal       ? "event stepper (asked for)"
-                                             : "event stepper (" + unfit + ")";
+                                             : "event stepper (" + own_law + " is a law of a file)";
   }
   run.final_state = std::move(state);
   return run;

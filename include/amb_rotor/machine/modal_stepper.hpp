@@ -11,10 +11,10 @@
 // interval, and taken() counts both and says why: changing speed, spin as a state, coils and filters as
 // states, lags of the current, set-valued friction, spinning rings, nonlinear magnetic forces, edges that
 // move with the rotor's tilt. So does an interval whose contact the modal steps do not get through.
-// The check does not see forces that know the time, that act beyond a threshold of the current or in a part of
-// the turn only, friction whose fall lies beside the trial velocities, nor slow motion beside stiff modes
-// while bearings are off (to 1e-3 of the clearance with a motor's pull and 64 modes): callers must not use it
-// for those (run.cpp does not).
+// The trials do not see a force that acts beyond a threshold, in a part of the turn or at some times only, as a
+// law written in a file may have it: callers must not use this for such (run.cpp does not). Every effect of the
+// catalogue is compared with the event stepper, through failing bearings into contact, in
+// test/reference/machine_modal_stepper.cpp.
 // Forces and unbalances of a schedule are inputs of the linear machine: while one acts the motion goes by
 // steps, with its values at their nodes.
 //
