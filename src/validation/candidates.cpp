@@ -47,6 +47,8 @@ constexpr double small_gain = 0.01;
 constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
 constexpr double hopeless = -40.0;
+/// A start that lacks less than this share of what an effect must have stands at the reference: it need not come nearer.
+constexpr double already_near = 0.05;
 /// Of its prior standard deviation so much may be left of a nuisance that counts as settled by the runs without contact.
 constexpr double settled_share = 0.25;
 /// Share of a coordinate's scale from a limit at which it counts as stopped there.
@@ -62,6 +64,18 @@ bool isNested(const std::string& effect) {
   return std::all_of(parameters.begin(), parameters.end(),
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
+
+namespace {
+
+/// The nuisance that stands in for an effect which the model lacks, and has to give way when it is tried: what softens the
+/// contact is then the mount, what slips less the ring; null: none.
+const char* mimicOf(const std::string& effect) {
+  if (effect == "compliant_mount") return "auxiliary_bearing.contact.stiffness_N_per_m";
+  if (effect == "inner_ring_spin") return "auxiliary_bearing.friction_coefficient";
+  return nullptr;
+}
+
+}  // namespace
 
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
   bool any = false;
@@ -358,10 +372,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
   Eigen::VectorXd back = nuisances[0];
   const bool far = returnToBelief(*reference.space, back);
-  if (effect == "compliant_mount") {  // what softens the contact is then the mount, not the contact too
+  if (const char* mimic = mimicOf(effect)) {
     for (long k = 0; k < back.size(); ++k)
-      if (reference.space->coordinates()[k].name == "auxiliary_bearing.contact.stiffness_N_per_m")
-        back[k] = reference.space->coordinates()[k].prior_mean;
+      if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
     nuisances[0] = back;
   } else if (far) {
     nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
@@ -373,7 +386,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
   // there has led astray begin anew
   const auto worthwhile = [&] {
-    return serious && winner.fit.finite && !isNested(effect) && winner.evidence < hopeless &&
+    return serious && winner.fit.finite && !isNested(effect) &&
+           winner.evidence < std::min(hopeless, -already_near * references.worth) &&
            !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
   };
   for (int round = 0; round < approach_rounds && worthwhile(); ++round) {

@@ -382,7 +382,8 @@ Diagnosis Diagnoser::run() {
     }
     if (clean()) break;
     const double left = excessWithoutContact(errors_);
-    if (step > 0 && left > (1.0 - worthwhile_share) * before && lawLeavesLess(out)) break;  // a third would only bend further
+    // a third would only bend further
+    if (step > 0 && (left > (1.0 - worthwhile_share) * before || structured()) && lawLeavesLess(out)) break;
     before = left;
   }
   if (structured() && !out.steps.empty() && lawLeavesLess(out)) standBy(out);

@@ -56,6 +56,17 @@ double typicalPenetration(const Model& belief, const std::vector<Recording>& rec
   return *at;
 }
 
+/// Fastest turning of the runs that hold contact, of all where those stand still [rad/s].
+double fastestWithContact(const std::vector<Recording>& recordings) {
+  double with_contact = 0.0, any = 1.0;
+  for (const auto& r : recordings) {
+    const double speed = r.path != nullptr ? r.path->at(0.0).speed : r.speed_rad_s;
+    any = std::max(any, std::fabs(speed));
+    if (r.holdsContact()) with_contact = std::max(with_contact, std::fabs(speed));
+  }
+  return with_contact > 0.0 ? with_contact : any;
+}
+
 }  // namespace
 
 void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
@@ -212,7 +223,17 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     // the first is next to the believed law
     return {with({1.05 * mu, 0.95 * mu, 1.5}), with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0})};
   }
-  if (effect == "inner_ring_spin") return {with({1e-5, 5e-3}), with({1e-4, 2e-2}), with({2e-3, 5e-3})};
+  if (effect == "inner_ring_spin") {
+    // rings that the weight's friction brings to the rotor's speed in a few, some ten and some hundred ms, with little and
+    // with much drag
+    const double torque = rig.auxiliary_bearing.friction_coefficient * rig.rotor.mass_kg * standard_gravity_m_s2 *
+                          rig.auxiliary_bearing.rotor_radius_m;
+    const double speed = fastestWithContact(recordings);
+    std::vector<std::vector<double>> out;
+    for (double time_s : {3e-3, 3e-2, 0.3})
+      for (double drag : {0.05, 0.4}) out.push_back({torque * time_s / speed, drag * torque});
+    return out;
+  }
   if (effect == "shaft_flexibility") {
     const double half = 0.575 * (rig.planes.aux[1] - rig.planes.aux[0]);
     const double middle = 0.5 * (rig.planes.aux[1] + rig.planes.aux[0]);
