@@ -207,11 +207,11 @@ std::string ModalStepper::Taken::text() const {
 
 namespace {
 
-void add(const IntegratorStatistics& own, IntegratorStatistics& sum) {
-  sum.steps += own.steps;
-  sum.rejected += own.rejected;
-  sum.evaluations += own.evaluations;
-  sum.events += own.events;
+void add(const IntegratorStatistics& own, IntegratorStatistics& sum, int sign = 1) {
+  sum.steps += sign * own.steps;
+  sum.rejected += sign * own.rejected;
+  sum.evaluations += sign * own.evaluations;
+  sum.events += sign * own.events;
 }
 
 }  // namespace
@@ -221,7 +221,13 @@ IntegratorStatistics ModalStepper::statistics() const {
   add(replaced_, sum);
   for (const auto& linear : known_)
     if (linear != nullptr && linear->statistics() != nullptr) add(*linear->statistics(), sum);
+  add(before_, sum, -1);
   return sum;
+}
+
+void ModalStepper::countAnew() {
+  add(statistics(), before_);
+  taken_ = {};
 }
 
 ModalStepper::Linear* ModalStepper::linearFor(const Simulator<double>& sim, double from, double to,

@@ -121,8 +121,8 @@ Spin spinOf(const Model& model, const Scenario& scenario) {
   return Spin::prescribed;
 }
 
-MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive,
-                                  const RunOptions& options, RunOutcome& outcome) {
+MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive, const RunOptions& options,
+                                  RunOutcome& outcome, ModalStepper* modes) {
   const ShaftInstant start = drive.path != nullptr
                                  ? drive.path->at(0.0)
                                  : ShaftInstant{drive.angle0, drive.speed, 0.0};
@@ -143,7 +143,9 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
     outcome.status = RunStatus::integration_failed;
     outcome.reason = "run-in: " + stepper.result().reason();
   };
-  if (inModes(machine, options))
+  if (modes != nullptr && inModes(machine, options))
+    run(*modes);
+  else if (inModes(machine, options))
     run(ModalStepper(machine, options.relative_tolerance));
   else
     run(EventStepper(machine, options.relative_tolerance));
@@ -217,18 +219,20 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   const Machine<double> machine({&model}, spin, {schedule.forcePlanes(), schedule.unbalances()});
   Drive<double> drive;
   drive.path = &path;
-  drive.schedule = &schedule;
+  drive.schedule = schedule.empty() ? nullptr : &schedule;  // none: the run-in's equations serve the run
+  ModalStepper modes(machine, options.relative_tolerance);
   const Simulator<double> sim(machine, drive, scenario.record_rate_hz);
   MachineState<double> state = sim.atRest(0.0);
   if (scenario.start_settled) {
-    state = settledState(machine, drive, options, run.outcome);
+    state = settledState(machine, drive, options, run.outcome, &modes);
     if (run.outcome.status != RunStatus::ok) return run;
   } else {
     startAsGiven(machine, scenario, state);
   }
   run.trajectory.clearance_m = model.rig.auxiliary_bearing.clearance_m;
   if (inModes(machine, options)) {
-    fillRun(sim, scenario, state, ModalStepper(machine, options.relative_tolerance), run);
+    modes.countAnew();
+    fillRun(sim, scenario, state, modes, run);
   } else {
     fillRun(sim, scenario, state, EventStepper(machine, options.relative_tolerance), run);
     run.outcome.path = !machine.isFlexible() ? "event stepper (the rotor does not bend)"

@@ -47,7 +47,7 @@ class ModalStepper {
   bool atSensors(const MachineState<double>& state, Vec2<double> out[2]) const;
 
   const IntegrationResult& result() const { return result_; }
-  /// Of both steppers together.
+  /// Of both steppers together, since countAnew().
   IntegratorStatistics statistics() const;
   /// Why the last interval was not taken in modal coordinates; empty: it was.
   const std::string& reason() const { return reason_; }
@@ -60,6 +60,8 @@ class ModalStepper {
     std::string text() const;
   };
   const Taken& taken() const { return taken_; }
+  /// Statistics and intervals taken begin at 0 again; what is known of the machine stays.
+  void countAnew();
   void setContactObserver(std::function<void(int, bool, double, const double*)> observer);
 
  private:
@@ -81,6 +83,7 @@ class ModalStepper {
   std::unique_ptr<Linear> known_[2];  ///< e.g. with the bearings on and off
   int last_ = 0;
   IntegratorStatistics replaced_;  ///< of linear machines that others have taken the place of
+  IntegratorStatistics before_;    ///< all of what countAnew() leaves out
   std::string fixed_reason_, reason_;
   IntegrationResult result_;
   std::function<void(int, bool, double, const double*)> observer_, counted_;

@@ -11,6 +11,8 @@
 
 namespace amb_rotor {
 
+class ModalStepper;
+
 /// What was recorded, one entry an instant. Axes: ax, ay, bx, by. SI.
 struct Trajectory {
   std::vector<double> time_s, angle_rad, speed_rad_s;
@@ -66,8 +68,9 @@ std::string divergence(const Machine<double>& machine, const double* mechanics);
 
 /// The settled state of a machine at the start of a drive: run in at its starting speed without excitation,
 /// faults and integrator, for options.settle_s.
-MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive,
-                                  const RunOptions& options, RunOutcome& outcome);
+/// @param modes  where the rotor bends: takes the steps, and knows the machine's equations from then on; null: one of its own
+MachineState<double> settledState(const Machine<double>& machine, const Drive<double>& drive, const RunOptions& options,
+                                  RunOutcome& outcome, ModalStepper* modes = nullptr);
 
 /// How a spin is treated for a model and a speed law.
 Spin spinOf(const Model& model, const Scenario& scenario);
