@@ -273,7 +273,13 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       x.head(nuisances[0].size()) = nuisances[0];
       models.push_back(space.model(x));
     }
-    const auto gains = references.screen->gains(models, phase, !phase);
+    auto gains = references.screen->gains(models, phase, !phase);
+    for (std::size_t i = 0; i < gains.size(); ++i) {  // what a start gains at the size that it can have
+      const double usable = usableShare(starts[i].back().id, gains[i].share);
+      if (usable == gains[i].share) continue;
+      const double part = usable / gains[i].share;
+      gains[i] = {gains[i].gain * part * (2.0 - part), usable};
+    }
     if (startsAreAScan(starts[0].back().id)) {  // the tops of its hills
       order.clear();
       for (std::size_t i = 0; i < gains.size(); ++i)

@@ -164,7 +164,9 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
   for (const Slot& slot : slots_) {
     if (slot.effect != place) continue;
     const int c = slot.coordinate;
-    const double variance = std::max(0.0, covariance(c, c));
+    // what no run determines is somewhere in its range
+    const double range = coordinates_[c].upper - coordinates_[c].lower;
+    const double variance = std::min(std::max(0.0, covariance(c, c)), range * range / 12.0);
     switch (slot.kind) {
       case Kind::plain: out[slot.parameter].std = std::sqrt(variance); break;
       case Kind::logarithm: out[slot.parameter].std = v[slot.parameter] * std::sqrt(variance); break;

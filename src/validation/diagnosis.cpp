@@ -26,8 +26,6 @@ constexpr double least_excess_share = 0.15;
 /// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
 constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
-/// Share of the excess that a second effect must take for a third to be sought while structure is left.
-constexpr double worthwhile_share = 0.5;
 /// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
 constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
@@ -35,6 +33,11 @@ constexpr int fresh_rounds = 2;
 constexpr int contact_iterations = 12;
 /// Of everything together at most.
 constexpr int joint_iterations = 15;
+/// Of what the adopted effects leave above the floor a law may leave so much to stand in their place: where they leave
+/// structure, and where they leave little.
+constexpr double law_share = 0.8, doubtful_law_share = 0.5;
+/// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
+constexpr double plain_gain = 0.95;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
@@ -70,7 +73,8 @@ class Diagnoser {
   void lookAgain(Diagnosis& out) const;
   bool clean() const;
   bool structured() const;
-  Unexplained unexplainedBy(const Trial& trial) const;
+  Unexplained lawBeside(const Trial& trial, LawEffort effort = LawEffort::whole) const;
+  bool lawIsPlain();
   bool lawLeavesLess(const Diagnosis& out);
   void standBy(Diagnosis& out);
   double sampledError();
@@ -298,25 +302,37 @@ bool Diagnoser::structured() const {
   return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
 }
 
-Unexplained Diagnoser::unexplainedBy(const Trial& trial) const {
-  const double free = errors_.validation_error_free;
-  if (free >= 0.0 && free <= structured_error) {  // the search for a law looks at runs without contact
-    Unexplained out;
-    out.depends_on = {"position", "velocity"};
-    out.shape = "it shows in contact only: a force at the auxiliary bearings, where the rotor has used up the clearance";
-    return out;
-  }
-  return searchUnexplained(candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd());
+Unexplained Diagnoser::lawBeside(const Trial& trial, LawEffort effort) const {
+  return searchUnexplained(candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd(), effort);
 }
 
-/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far.
+/// What to say where nothing is wrong without contact: that is where laws are sought.
+Unexplained inContactOnly() {
+  Unexplained out;
+  out.depends_on = {"position", "velocity"};
+  out.shape = "it shows in contact only: a force at the auxiliary bearings, where the rotor has used up the clearance";
+  return out;
+}
+
+/// Whether one term beside the belief alone leaves next to nothing: then no second effect is sought beside the first.
+bool Diagnoser::lawIsPlain() {
+  if (!(errors_.validation_error_free > structured_error) || needsContact(adopted_.back().id)) return false;
+  Unexplained law = lawBeside(first_, LawEffort::plain);
+  if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
+  law_ = std::move(law);
+  return true;
+}
+
+/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
+/// little, it must be far less, and one effect alone is not doubted: what it leaves may be its own details.
 bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
+  const bool much = errors_.validation_error_free > structured_error;
+  if (!much && (clean() || adopted_.size() < 2)) return false;
   // the law is sought in runs without contact: it stands for no effect that shows in contact
-  if (!(errors_.validation_error_free > structured_error)) return false;
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;
-  if (!law_) law_ = unexplainedBy(first_);
-  return amb_rotor::lawLeavesLess(out.baseline, *law_, errors_);
+  if (!law_) law_ = lawBeside(first_);
+  return amb_rotor::lawLeavesLess(out.baseline, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 
 /// The belief as it was, with the law beside it.
@@ -356,7 +372,6 @@ Diagnosis Diagnoser::run() {
   first_ = joint_;
   begin_ = references_;
   begin_.screen.reset();  // the starts' directions take much room
-  double before = excessWithoutContact(errors_);
   for (int step = 0; step < options_.most_steps; ++step) {
     if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
@@ -380,18 +395,17 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out)) {
     }
-    if (clean()) break;
-    const double left = excessWithoutContact(errors_);
-    // a third would only bend further
-    if (step > 0 && (left > (1.0 - worthwhile_share) * before || structured()) && lawLeavesLess(out)) break;
-    before = left;
+    if (clean() || (step == 0 && !adopted_.empty() && lawIsPlain())) break;
+    if (step > 0 && lawLeavesLess(out)) break;  // a third would only bend further
   }
-  if (structured() && !out.steps.empty() && lawLeavesLess(out)) standBy(out);
+  const bool stand_by = !out.steps.empty() && lawLeavesLess(out);
+  if (stand_by) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
-  if (structured()) {
+  if (stand_by || structured()) {
     out.verdict = "unknown";
-    if (out.unexplained.terms.empty()) out.unexplained = unexplainedBy(joint_);
+    if (out.unexplained.terms.empty())
+      out.unexplained = errors_.validation_error_free > structured_error ? lawBeside(joint_) : inContactOnly();
   } else {
     out.verdict = out.steps.empty() ? "none" : "effect";
   }

@@ -239,8 +239,10 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
     const Eigen::MatrixXd robust = inverse * middle * inverse;
     result.covariance = robust;
     for (int k = 0; k < p; ++k)  // few blocks may flatter a coordinate: never below the plain value
-      if (robust(k, k) < inverse(k, k)) {
-        const double grow = std::sqrt(inverse(k, k) / std::max(robust(k, k), 1e-300));
+      if (!(robust(k, k) > 0.0)) {
+        result.covariance(k, k) = inverse(k, k);  // no run knows of it
+      } else if (robust(k, k) < inverse(k, k)) {
+        const double grow = std::sqrt(inverse(k, k) / robust(k, k));
         result.covariance.row(k) *= grow;
         result.covariance.col(k) *= grow;
       }

@@ -152,7 +152,7 @@ EffectSetting effectOfSize(const EffectDraw& draw, double size, const Model& tru
               draw.uniform[2] < 0.5 ? 0.0 : arm * between(draw, 3, -0.6, 0.6)};
     if (id == "motor_magnetic_pull") return {0.04 * size * net, arm * between(draw, 0, -0.9, 0.9)};
     if (id == "foundation_resonance")
-      return {rig.rotor.mass_kg * between(draw, 0, 8.0, 25.0) / std::max(size, 0.05), between(draw, 1, 25.0, 140.0),
+      return {rig.rotor.mass_kg * std::max(1.0, between(draw, 0, 8.0, 25.0) / std::max(size, 0.05)), between(draw, 1, 25.0, 140.0),
               between(draw, 2, 0.015, 0.08)};
     const EffectSchema& schema = *effectCatalogue().find(id);
     if (schema.law != nullptr) {  // of a file: from where it does nothing towards what the file takes as typical

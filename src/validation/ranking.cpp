@@ -8,8 +8,6 @@ namespace {
 
 /// Candidates whose evidence is this close explain the runs as well.
 constexpr double twin_share = 0.03, twin_evidence = 8.0;
-/// Of what the adopted effects leave above the floor a law may leave so much to stand in their place.
-constexpr double law_margin = 0.8;
 
 }  // namespace
 
@@ -42,9 +40,9 @@ void scaleToAllWindows(CandidateErrors& errors, double reference, double referen
   errors.validation_error_contact *= reference / reference_sampled;
 }
 
-bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, const CandidateErrors& adopted) {
+bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, const CandidateErrors& adopted, double share) {
   return !law.terms.empty() && excessWithoutContact(baseline) * (1.0 - law.held_out_gain) <
-                                   law_margin * excessWithoutContact(adopted);
+                                   share * excessWithoutContact(adopted);
 }
 
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law) {

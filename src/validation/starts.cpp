@@ -93,13 +93,17 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
 
 bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
 
+double usableShare(const std::string& effect, double share) {
+  return effect == "shaft_flexibility" && share > 0.0 ? std::clamp(share, 0.01, 4.0) : share;
+}
+
 void scaleStart(EffectSetting& effect, double share) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterSchema& p = parameters[i];
     double factor = 1.0;
     if (effect.id == "shaft_flexibility") {
-      if (p.name.rfind("shape_", 0) == 0) factor = std::sqrt(std::clamp(share, 0.01, 4.0));
+      if (p.name.rfind("shape_", 0) == 0) factor = std::sqrt(usableShare(effect.id, std::max(share, 0.01)));
     } else if (p.role == ParameterRole::amplitude) {
       factor = share;
     } else if (p.neutral >= p.upper && share > 0.0) {

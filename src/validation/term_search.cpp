@@ -1,6 +1,7 @@
 #include "amb_rotor/validation/term_search.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "amb_rotor/common/linear_algebra.hpp"
@@ -79,44 +80,35 @@ double dropOf(const Reduced& r, const int* subset, int size) {
   return det > least_own_curvature ? g.dot(h.inverse() * g) : 0.0;
 }
 
+/// Calls look(s) for every subset of a size, `s` its members' places in rising order.
+template <class Look>
+void forEachSubset(int k, int size, const Look& look) {
+  int s[most_terms] = {0, 0, 0};
+  const auto choose = [&](const auto& self, int place, int from) -> void {
+    if (place == size) return look(s);
+    for (s[place] = from; s[place] < k; ++s[place]) self(self, place + 1, s[place] + 1);
+  };
+  choose(choose, 0, 0);
+}
+
 /// The best subset of a size; of those within `tie` of it the one of the fewest quantities.
 TermChoice bestOfSize(const Reduced& r, int size, const std::vector<unsigned>& quantities, double tie) {
   const int k = static_cast<int>(r.place.size());
   double most = 0.0;
+  forEachSubset(k, size, [&](const int* s) { most = std::max(most, dropOf(r, s, size)); });
   TermChoice best;
-  for (int round = 0; round < 2; ++round) {
-    int fewest = 1 << 20;
-    int s[most_terms] = {0, 0, 0};
-    const auto look = [&] {
-      const double drop = dropOf(r, s, size);
-      if (round == 0) {
-        most = std::max(most, drop);
-        return;
-      }
-      if (drop < most - tie) return;
-      unsigned bits = 0;
-      for (int i = 0; i < size; ++i) bits |= quantities[r.place[s[i]]];
-      const int count = bitsOf(bits);
-      if (count < fewest || (count == fewest && drop > best.drop)) {
-        fewest = count;
-        best.drop = drop;
-        best.terms.assign(s, s + size);
-      }
-    };
-    for (s[0] = 0; s[0] < k; ++s[0]) {
-      if (size == 1) {
-        look();
-        continue;
-      }
-      for (s[1] = s[0] + 1; s[1] < k; ++s[1]) {
-        if (size == 2) {
-          look();
-          continue;
-        }
-        for (s[2] = s[1] + 1; s[2] < k; ++s[2]) look();
-      }
-    }
-  }
+  int fewest = 1 << 20;
+  forEachSubset(k, size, [&](const int* s) {
+    const double drop = dropOf(r, s, size);
+    if (drop < most - tie) return;
+    unsigned bits = 0;
+    for (int i = 0; i < size; ++i) bits |= quantities[r.place[s[i]]];
+    const int count = bitsOf(bits);
+    if (count > fewest || (count == fewest && !(drop > best.drop))) return;
+    fewest = count;
+    best.drop = drop;
+    best.terms.assign(s, s + size);
+  });
   return best;
 }
 
@@ -134,6 +126,24 @@ TermChoice bestTerms(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const s
   }
   for (int& term : chosen.terms) term = library[reduced.place[term]];
   return chosen;
+}
+
+std::vector<TermChoice> bestSubsets(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& base,
+                                    const std::vector<int>& library, int size, int count) {
+  const Reduced reduced = reduce(h, g, base, library);
+  std::vector<TermChoice> best;
+  if (count <= 0) return best;
+  const auto order = [](const TermChoice& a, const TermChoice& b) { return a.drop > b.drop; };
+  forEachSubset(static_cast<int>(reduced.place.size()), size, [&](const int* s) {
+    const double drop = dropOf(reduced, s, size);
+    if (static_cast<int>(best.size()) == count && !(drop > best.back().drop)) return;
+    if (static_cast<int>(best.size()) == count) best.pop_back();
+    TermChoice one;
+    one.drop = drop;
+    for (int i = 0; i < size; ++i) one.terms.push_back(library[reduced.place[s[i]]]);
+    best.insert(std::upper_bound(best.begin(), best.end(), one, order), one);
+  });
+  return best;
 }
 
 Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen,

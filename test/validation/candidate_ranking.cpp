@@ -79,10 +79,11 @@ TEST(RankingTest, ALawStandsWhereItLeavesLessThanTheEffectsAdopted) {
   Unexplained law;
   law.held_out_gain = 0.9;
   // of the baseline's excess 8 the law leaves 0.8: less than 80 % of 1.25 (error 1.5), not of 0.69 (1.3)
-  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5))) << "there is none";
+  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5), 0.8)) << "there is none";
   law.terms.push_back({"position_cube_N_per_m3", -1e12, 1e10});
-  EXPECT_TRUE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5)));
-  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.3)));
+  EXPECT_TRUE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5), 0.8));
+  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.3), 0.8));
+  EXPECT_FALSE(lawLeavesLess(errorsOf(3.0), law, errorsOf(1.5), 0.5)) << "0.8 is more than half of 1.25";
 
   Diagnosis diagnosis;
   diagnosis.steps = {{"static_load", {}, {}}, {"shaft_bow", {}, {}}};

@@ -68,6 +68,36 @@ TEST(TermSearchTest, TheDropIsThatOfLeastSquaresBesideTheBase) {
   EXPECT_NEAR(solved[3], 3.0, 0.4) << "five standard deviations of 1/sqrt(200)";
 }
 
+TEST(TermSearchTest, TheBestSubsetsOfASizeComeInOrder) {
+  std::mt19937_64 engine(11);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd columns(100, 5);
+  for (double& value : columns.reshaped()) value = normal(engine);
+  Eigen::VectorXd target = 3.0 * columns.col(4) + 2.0 * columns.col(1) + columns.col(2);
+  const Problem p(columns, target);
+  const std::vector<int> library = {1, 2, 3, 4};
+  const auto drop = [&](const std::vector<int>& which) {
+    Eigen::MatrixXd some(100, which.size() + 1);
+    some.col(0) = columns.col(0);
+    for (std::size_t i = 0; i < which.size(); ++i) some.col(static_cast<long>(i) + 1) = columns.col(which[i]);
+    const double base = (target - some.leftCols(1) * some.leftCols(1).colPivHouseholderQr().solve(target)).squaredNorm();
+    return base - (target - some * some.colPivHouseholderQr().solve(target)).squaredNorm();
+  };
+  for (const int size : {1, 2}) {
+    const auto best = bestSubsets(p.h, p.g, {0}, library, size, 3);
+    ASSERT_EQ(best.size(), 3u);
+    EXPECT_EQ(best[0].terms, size == 1 ? std::vector<int>({4}) : std::vector<int>({1, 4}));
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      EXPECT_NEAR(best[i].drop / drop(best[i].terms), 1.0, 1e-6);
+      if (i > 0) {
+        EXPECT_LE(best[i].drop, best[i - 1].drop);
+      }
+    }
+  }
+  EXPECT_EQ(bestSubsets(p.h, p.g, {0}, library, 1, 10).size(), 4u);
+  EXPECT_TRUE(bestSubsets(p.h, p.g, {0}, library, 1, 0).empty());
+}
+
 TEST(TermSearchTest, OfEqualsTheOneThatDependsOnLessIsTaken) {
   Eigen::MatrixXd columns(3, 2);
   columns << 1.0, 1.0, 0.0, 0.01, 0.0, 0.0;

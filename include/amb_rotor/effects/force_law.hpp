@@ -159,6 +159,28 @@ struct ForceLaw {
            term == antisym_turning_sine;
   }
 
+  /// Whether some effect of the catalogue makes such a force, or one that looks like it.
+  static bool alsoInCatalogue(int term) {
+    switch (term) {
+      case position:
+      case position_axes:
+      case velocity:
+      case cross:
+      case cross_speed:
+      case velocity_cross_speed:
+      case current:
+      case antisym_position:
+      case antisym_velocity:
+      case antisym_cross:
+      case antisym_velocity_speed:
+        return true;
+      default:
+        return (term >= turning_cosine && term <= twice_sine) || (term >= back_cosine && term <= back_twice_sine) ||
+               (term >= turning_speed_cosine && term <= turning_position_sine) || term == antisym_turning_cosine ||
+               term == antisym_turning_sine;
+    }
+  }
+
   template <class S>
   class Physics final : public EffectPhysics<S> {
    public:

@@ -23,9 +23,9 @@ void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew);
 /// the same ones.
 void scaleToAllWindows(CandidateErrors& errors, double reference, double reference_sampled);
 
-/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far: at most 80 % of their
-/// excess, of which the held-out gain tells how much of the baseline's stays.
-bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, const CandidateErrors& adopted);
+/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far: at most a share of
+/// their excess, of which the held-out gain tells how much of the baseline's stays.
+bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, const CandidateErrors& adopted, double share);
 
 /// Effects that have only bent towards a law are taken back, with what was said about them; the law stays.
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law);

@@ -24,9 +24,13 @@ std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 /// Whether an effect's starts lie side by side along one parameter, rising, as in a scan.
 bool startsAreAScan(const std::string& effect);
 
+/// The share of an effect's size that a start can be scaled to, next to the one wanted: a bending mode's shape, by which a
+/// force goes in and its motion comes out, is near 1, so that its share lies between 0.01 and 4.
+double usableShare(const std::string& effect, double share);
+
 /// An effect of a share a of its size, within its limits: amplitudes by a; what is neutral at its upper limit (a stator's
-/// mass) by 1/a, a knee of the iron, whose effect goes by its fourth power, by a^(-1/4); the shape of a bending mode, by
-/// which a force goes in and its motion comes out, by the root of a between 0.01 and 4.
+/// mass) by 1/a, a knee of the iron, whose effect goes by its fourth power, by a^(-1/4); the shape of a bending mode by the
+/// root of the usable share.
 void scaleStart(EffectSetting& effect, double share);
 
 /// Narrows a parameter's range to what is physical on this rig, e.g. a mount that is lighter than the rotor. A soft or

@@ -23,6 +23,10 @@ TermChoice bestTerms(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const s
                      const std::vector<int>& library, const std::vector<unsigned>& quantities, double least,
                      double tie, int most = 3);
 
+/// The subsets of one size, 1 to 3, that drop most, best first, `count` at most. Parameters as above.
+std::vector<TermChoice> bestSubsets(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& base,
+                                    const std::vector<int>& library, int size, int count);
+
 /// Solves for the base and the chosen terms: coordinates in the order base, terms. `covariance` may be null.
 Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen,
                          Eigen::MatrixXd* covariance = nullptr);

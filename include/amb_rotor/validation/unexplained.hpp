@@ -6,7 +6,12 @@
 
 namespace amb_rotor {
 
+/// How far a search goes: `plain` looks for one term alone that explains all and that no effect of the catalogue has, and
+/// leaves the terms empty where there is none.
+enum class LawEffort { plain, whole };
+
 Unexplained searchUnexplained(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,
-                              const std::vector<LocalState>& local, double offset_std_m);
+                              const std::vector<LocalState>& local, double offset_std_m,
+                              LawEffort effort = LawEffort::whole);
 
 }  // namespace amb_rotor

@@ -1,0 +1,318 @@
+#include "law_search.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/effects/force_law.hpp"
+#include "amb_rotor/validation/start_screen.hpp"
+#include "amb_rotor/validation/term_search.hpp"
+
+namespace amb_rotor {
+namespace {
+
+using Law = effects::ForceLaw;
+
+/// Contenders about a point: single terms, pairs; and for a further term.
+constexpr int first_singles = 3, first_pairs = 2, further_singles = 3;
+/// Single terms that are fitted after the screen, rounds of the screen, and how far a round may move a term's size.
+constexpr std::size_t screened_singles = 5;
+constexpr int screen_rounds = 3;
+constexpr std::size_t plain_finalists = 2;
+/// Share of what is unexplained that a term must take to be a relative of the right one.
+constexpr double related_share = 0.3;
+constexpr double largest_move = 30.0, retreat = 0.2;
+/// Iterations of a contender's first look, and of the best of them after it.
+constexpr int glance_iterations = 2, refining_iterations = 5;
+constexpr std::size_t finalists = 3;
+/// Terms that a law may have.
+constexpr std::size_t most_terms = 3;
+/// Prior standard deviations by which a nuisance counts as pulled away.
+constexpr double far_from_belief = 1.0;
+
+std::vector<EffectSetting> withLaw(std::vector<EffectSetting> effects, double frequency_hz) {
+  std::vector<double> values(Law::term_count + 1, 0.0);
+  values[Law::term_count] = frequency_hz > 0.0 ? frequency_hz : 50.0;
+  effects.push_back({"force_law", values});
+  return effects;
+}
+
+}  // namespace
+
+std::vector<std::string> quantitiesOf(const std::string& meaning) {
+  std::vector<std::string> out;
+  std::stringstream list(meaning.substr(0, meaning.find(':')));
+  for (std::string q; std::getline(list, q, ',');) out.push_back(q.substr(q.find_first_not_of(' ')));
+  return out;
+}
+
+LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& belief,
+                     const std::vector<EffectSetting>& adopted, double frequency_hz, double offset_std_m)
+    : recordings_(recordings),
+      offset_std_(offset_std_m),
+      bare_(belief, adopted),
+      space_(belief, withLaw(adopted, frequency_hz)),
+      problem_(recordings, space_, offset_std_m) {
+  first_ = space_.size() - Law::term_count;
+  const auto& parameters = effectCatalogue().find("force_law")->parameters;
+  std::map<std::string, unsigned> bits;
+  for (int k = 0; k < first_; ++k) base_.push_back(k);
+  for (int term = 0; term < Law::term_count; ++term) {
+    const bool hum = term >= Law::hum_x_cosine && term <= Law::hum_y_sine;
+    if (hum && frequency_hz <= 0.0) continue;
+    library_.push_back(first_ + term);
+    unsigned all = 0;
+    for (const auto& q : quantitiesOf(parameters[term].meaning)) all |= bits.emplace(q, 1u << bits.size()).first->second;
+    quantities_.push_back(all);
+  }
+  for (int i = 0; i < static_cast<int>(recordings.size()); ++i) {
+    if (recordings[i].holdsContact()) continue;
+    if (recordings[i].run.use != RunUse::fit)
+      held_out_.push_back(i);
+    else
+      (recordings[i].standstill ? still_ : turning_).push_back(i);
+  }
+  fit_ = still_;
+  fit_.insert(fit_.end(), turning_.begin(), turning_.end());
+}
+
+/// Normal equations about x, moved to the start, priors included. False: not finite.
+bool LawSearch::linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h,
+                          Eigen::VectorXd& g) const {
+  NormalEquations sum = problem_.evaluate(x, turning_, local, {});
+  NormalEquations still = problem_.evaluate(x, still_, local, {});
+  // at standstill the shaft's angle is not known: what its terms do there is taken as free
+  for (int term = 0; term < Law::term_count; ++term)
+    if (Law::readsAngle(term)) {
+      const int k = first_ + term;
+      still.h.row(k).setZero();
+      still.h.col(k).setZero();
+      still.g[k] = 0.0;
+    }
+  sum.add(still);
+  h = sum.h;
+  g = sum.g + sum.h * (x - space_.start());
+  for (int k = 0; k < space_.nuisances(); ++k) {
+    const Coordinate& c = space_.coordinates()[k];
+    const double weight = 1.0 / (c.prior_std * c.prior_std);
+    h(k, k) += weight;
+    g[k] += weight * (c.prior_mean - space_.start()[k]);
+  }
+  return sum.finite;
+}
+
+double LawSearch::chi2(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
+                       double* count) const {
+  EvaluationOptions options;
+  options.jacobian = false;
+  const NormalEquations normal = problem_.evaluate(x, which, local, options);
+  if (count != nullptr) *count = normal.count;
+  double sum = normal.finite ? normal.chi2 : 1e300;
+  for (int k = 0; k < space_.nuisances(); ++k) {
+    const Coordinate& c = space_.coordinates()[k];
+    sum += std::pow((x[k] - c.prior_mean) / c.prior_std, 2);
+  }
+  return sum;
+}
+
+/// Whether the nuisance is away from what the owner believes.
+bool LawSearch::pulled(const Eigen::VectorXd& x) const {
+  for (int k = 0; k < space_.nuisances(); ++k) {
+    const Coordinate& c = space_.coordinates()[k];
+    if (std::fabs(x[k] - c.prior_mean) > far_from_belief * c.prior_std) return true;
+  }
+  return false;
+}
+
+unsigned LawSearch::quantitiesIn(const std::vector<int>& terms) const {
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < library_.size(); ++i)
+    if (std::find(terms.begin(), terms.end(), library_[i]) != terms.end()) bits |= quantities_[i];
+  return bits;
+}
+
+int LawSearch::quantityCount(const std::vector<int>& terms) const {
+  return static_cast<int>(std::bitset<32>(quantitiesIn(terms)).count());
+}
+
+/// Laws about a point, not fitted yet: its own terms with one or two more, the best that forgets its own, and single ones
+/// that do. They start at the point where it has no terms, else where the linearised equations lead.
+std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singles, int pairs, const Stakes& stakes,
+                                              int instead) const {
+  std::vector<Hypothesis> out;
+  Eigen::MatrixXd h;
+  Eigen::VectorXd g;
+  std::vector<LocalState> local = about.local;
+  if (!linearise(about.x, local, h, g)) return out;
+  std::vector<int> base = base_, library;
+  base.insert(base.end(), about.terms.begin(), about.terms.end());
+  for (const int k : library_)
+    if (std::find(about.terms.begin(), about.terms.end(), k) == about.terms.end()) library.push_back(k);
+  const auto add = [&](std::vector<int> terms) {
+    std::sort(terms.begin(), terms.end());
+    if (terms.empty() || std::any_of(out.begin(), out.end(), [&](const Hypothesis& o) { return o.terms == terms; })) return;
+    Hypothesis one;
+    one.x = about.x;
+    if (!about.terms.empty()) {
+      std::vector<int> free = base_;
+      free.insert(free.end(), terms.begin(), terms.end());
+      const Eigen::VectorXd goal = solveFor(h, g, free);
+      one.x = space_.start();
+      for (std::size_t i = 0; i < free.size(); ++i) one.x[free[i]] += goal[static_cast<long>(i)];
+      one.x = space_.clamped(one.x);
+    }
+    one.terms = std::move(terms);
+    one.local = local;
+    out.push_back(std::move(one));
+  };
+  for (int size = 1; size <= 2; ++size)
+    for (TermChoice& more : bestSubsets(h, g, base, library, size, size == 1 ? singles : pairs)) {
+      more.terms.insert(more.terms.end(), about.terms.begin(), about.terms.end());
+      if (more.terms.size() <= most_terms) add(more.terms);
+    }
+  if (singles > 0) add(bestTerms(h, g, base_, library_, quantities_, stakes.least, stakes.tie, about.terms.empty() ? 2 : 3).terms);
+  for (const TermChoice& other : bestSubsets(h, g, base_, library_, 1, instead)) add(other.terms);
+  return out;
+}
+
+/// Fits each: its terms, the nuisance and the adopted effects' numbers.
+void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) const {
+  tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
+    Hypothesis& one = these[i];
+    FitOptions options;
+    options.most_iterations = iterations;
+    options.covariance = false;
+    options.held.assign(space_.size(), false);
+    for (int k = first_; k < space_.size(); ++k)
+      options.held[k] = std::find(one.terms.begin(), one.terms.end(), k) == one.terms.end();
+    const FitResult found = fit(problem_, one.x, fit_, one.local, options);
+    one.x = found.x;
+    one.covariance = found.covariance;
+    one.chi2 = found.finite ? found.chi2 : 1e300;
+  });
+  std::stable_sort(these.begin(), these.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+}
+
+/// Of those in order of their chi2: the one of fewest terms that no longer one beats by `least` a term; of equals the one
+/// that depends on fewest quantities.
+const Hypothesis& LawSearch::chosen(const std::vector<Hypothesis>& these, const Stakes& stakes) const {
+  const auto cost = [&](const Hypothesis& one) { return one.chi2 + stakes.least * static_cast<double>(one.terms.size()); };
+  const auto cheapest =
+      std::min_element(these.begin(), these.end(), [&](const Hypothesis& a, const Hypothesis& b) { return cost(a) < cost(b); });
+  const Hypothesis* best = &*cheapest;
+  for (const auto& one : these)
+    if (one.terms.size() <= best->terms.size() && cost(one) < cost(*cheapest) + stakes.tie &&
+        quantityCount(one.terms) < quantityCount(best->terms))
+      best = &one;
+  return *best;
+}
+
+/// Single terms at the size that does best by itself, as predicted and not as linearised, best first.
+std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
+  const StartScreen screen(recordings_, fit_, bare_, about.x.head(first_), about.local, offset_std_);
+  std::vector<Hypothesis> out;
+  for (const bool angle : {false, true}) {
+    std::vector<int> terms;
+    for (const int k : library_)
+      if (Law::readsAngle(k - first_) == angle) terms.push_back(k);
+    std::vector<double> size, gain(terms.size(), 0.0);
+    for (const int k : terms) size.push_back(space_.coordinates()[k].scale);
+    for (int round = 0; round < screen_rounds; ++round) {
+      std::vector<Model> models;
+      for (std::size_t i = 0; i < terms.size(); ++i) {
+        Eigen::VectorXd x = about.x;
+        x[terms[i]] = size[i];
+        models.push_back(space_.model(space_.clamped(x)));
+      }
+      const auto gains = screen.gains(models, true, !angle);
+      for (std::size_t i = 0; i < terms.size(); ++i) {
+        gain[i] = gains[i].gain;
+        if (gains[i].gain < 0.0)
+          size[i] *= retreat;
+        else if (round == 0)
+          size[i] *= gains[i].share;  // from next to nothing: as far as that is linear
+        else
+          size[i] *= std::clamp(gains[i].share, -largest_move, largest_move);
+      }
+    }
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      if (!(gain[i] > 0.0) || size[i] == 0.0) continue;
+      Hypothesis one;
+      one.terms = {terms[i]};
+      one.x = about.x;
+      one.x[terms[i]] = size[i];
+      one.local = about.local;
+      one.chi2 = -gain[i];
+      out.push_back(std::move(one));
+    }
+  }
+  std::stable_sort(out.begin(), out.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
+  // of each set of quantities the best: next to each other's size they are alike, and relatives are told apart later
+  std::vector<Hypothesis> different;
+  for (auto& one : out) {
+    const auto alike = [&](const Hypothesis& d) { return quantitiesIn(d.terms) == quantitiesIn(one.terms); };
+    if (different.size() < screened_singles && std::none_of(different.begin(), different.end(), alike))
+      different.push_back(std::move(one));
+  }
+  return different;
+}
+
+Hypothesis LawSearch::plain(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
+                            double count) const {
+  const Stakes stakes(before, count);
+  Hypothesis none;
+  none.x = at;
+  none.local = local;
+  none.chi2 = before;
+  Hypothesis believed = none;
+  believed.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
+  std::vector<Hypothesis> these = screened(believed);
+  if (pulled(at))
+    for (auto& one : screened(none)) these.push_back(std::move(one));
+  const auto fitted = [&] {
+    refine(these, glance_iterations);
+    these.resize(std::min(these.size(), plain_finalists));
+    refine(these, refining_iterations);
+  };
+  fitted();
+  if (these.empty() || before - these[0].chi2 < related_share * (before - count)) return none;
+  // a relative of the right term: the motion is about right there, so what is linear about it tells others apart
+  const Hypothesis relative = these[0];
+  these = contenders(relative, 0, 0, stakes, first_singles);
+  fitted();
+  these.push_back(relative);
+  const Hypothesis& one = chosen(these, stakes);
+  return stakes.nothingLeft(one.chi2) ? one : none;
+}
+
+Hypothesis LawSearch::best(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
+                           double count) const {
+  const Stakes stakes(before, count);
+  Hypothesis stands = plain(at, local, before, count);
+  if (!stands.terms.empty()) return stands;
+  std::vector<Hypothesis> these = contenders(stands, first_singles, first_pairs, stakes);
+  if (pulled(at)) {  // also from the belief: what is missing may have pulled the nuisance away
+    Hypothesis believed = stands;
+    believed.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
+    for (auto& one : contenders(believed, first_singles, first_pairs, stakes)) these.push_back(std::move(one));
+  }
+  for (;;) {
+    refine(these, glance_iterations);
+    if (these.size() > finalists) these.resize(finalists);
+    refine(these, refining_iterations);
+    if (these.empty()) return stands;
+    const Hypothesis& next = chosen(these, stakes);
+    const long more = static_cast<long>(next.terms.size()) - static_cast<long>(stands.terms.size());
+    if (!(stands.chi2 - next.chi2 > stakes.least * static_cast<double>(std::max(1L, more)))) return stands;
+    stands = next;
+    if (stakes.nothingLeft(stands.chi2) || stands.terms.size() == most_terms) return stands;
+    these = contenders(stands, further_singles, 0, stakes);
+  }
+}
+
+}  // namespace amb_rotor

@@ -1,0 +1,83 @@
+#pragma once
+// Which law of up to three terms, as force at the bearings (effects/force_law.hpp), explains runs without contact best.
+//
+// Terms that promise most where everything is linearised about a point (term_search.hpp) are contenders only: a law that
+// matters bends the motion, and next to no force |p|^2 p and |p|^3 p look alike. Each contender is fitted to an end, with
+// the nuisance free within its belief; then they are compared. What one term leaves is linearised about it, and so on.
+#include <Eigen/Core>
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+
+/// A further term must take this share of what is above the noise; laws this close to each other count as equal.
+constexpr double least_term_share = 0.05, equal_share = 0.01;
+
+/// Quantities of a term, out of its meaning ("position, velocity: ...").
+std::vector<std::string> quantitiesOf(const std::string& meaning);
+
+/// A law with its fit.
+struct Hypothesis {
+  std::vector<int> terms;  ///< coordinates; empty: none was found
+  Eigen::VectorXd x;
+  Eigen::MatrixXd covariance;
+  double chi2 = 1e300;     ///< with the nuisance's priors
+  std::vector<LocalState> local;
+};
+
+class LawSearch {
+ public:
+  /// @param belief        the nuisance's start is its belief
+  /// @param adopted       effects beside which the law stands; their numbers are fitted too
+  /// @param frequency_hz  of the terms that repeat in time; 0: they take no part
+  LawSearch(const std::vector<Recording>& recordings, const Model& belief, const std::vector<EffectSetting>& adopted,
+            double frequency_hz, double offset_std_m);
+
+  const std::vector<int>& fitted() const { return fit_; }    ///< recordings: to fit, without contact
+  const std::vector<int>& heldOut() const { return held_out_; }
+  const FitSpace& space() const { return space_; }
+  int first() const { return first_; }  ///< coordinate of the first term
+
+  /// Sum of squares with the nuisance's priors; 1e300: not finite.
+  double chi2(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local, double* count) const;
+
+  /// The one term that explains all but what a further one could earn, at the adopted effects' numbers of `at`, from its
+  /// nuisance and from the believed one; no term: none does. Cheaper than best().
+  Hypothesis plain(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count) const;
+
+  /// The best law: plain() where that is one. @param at the model as it stands, without a law; `before` its chi2, `count` of how many residuals
+  Hypothesis best(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count) const;
+
+ private:
+  /// What shares of the unexplained are worth.
+  struct Stakes {
+    double count, least, tie;
+    Stakes(double before, double residuals)
+        : count(residuals), least(least_term_share * std::max(1.0, before - residuals)), tie(least * equal_share / least_term_share) {}
+    bool nothingLeft(double chi2) const { return chi2 - count < least; }
+  };
+
+  bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  std::vector<Hypothesis> contenders(const Hypothesis& about, int singles, int pairs, const Stakes& stakes,
+                                     int instead = 0) const;
+  void refine(std::vector<Hypothesis>& these, int iterations) const;
+  unsigned quantitiesIn(const std::vector<int>& terms) const;
+  int quantityCount(const std::vector<int>& terms) const;
+  const Hypothesis& chosen(const std::vector<Hypothesis>& these, const Stakes& stakes) const;
+  bool pulled(const Eigen::VectorXd& x) const;
+
+  std::vector<Hypothesis> screened(const Hypothesis& about) const;
+
+  const std::vector<Recording>& recordings_;
+  double offset_std_;
+  FitSpace bare_, space_;  ///< without the law, and with it
+  int first_ = 0;
+  FitProblem problem_;
+  std::vector<int> base_, library_, fit_, still_, turning_, held_out_;
+  std::vector<unsigned> quantities_;  ///< that each of the library depends on, as bits
+};
+
+}  // namespace amb_rotor
