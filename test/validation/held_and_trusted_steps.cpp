@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../support/made_sets.hpp"
+#include "../support/models.hpp"
 #include "../support/own_effect.hpp"
 #include "amb_rotor/validation/fit.hpp"
 
@@ -14,6 +15,31 @@ namespace {
 /// The first instants of one recording of a set.
 std::vector<Recording> onlyBeginningOf(const MadeSet& set, const std::string& id, long samples) {
   return {beginningOf(set.recordings.at(set.indexOf(id)), samples)};
+}
+
+TEST(FitTest, WhatNoRunDeterminesIsAsUncertainAsItsRange) {
+  const MadeSet& set = cleanSet();
+  const std::vector<Recording> recordings = onlyBeginningOf(set, "steady_2", 3000);
+  const EffectSetting mode = {"shaft_flexibility", testing_support::typicalValues("shaft_flexibility")};
+  const FitSpace space(set.dataset.belief, {mode});
+  const FitProblem problem(recordings, space, set.offset_std_m);
+  FitOptions options;
+  options.most_iterations = 1;
+  options.scores = true;
+  options.held.assign(space.size(), false);
+  for (int k = 0; k < space.size(); ++k)
+    options.held[k] = space.coordinates()[k].name.rfind("shaft_flexibility.shape_aux", 0) == 0;
+  std::vector<LocalState> local(1);
+  const FitResult result = fit(problem, space.start(), {0}, local, options);
+  ASSERT_TRUE(result.finite);
+  int aux = 0;
+  for (const FittedParameter& p : space.effectValues(0, result.x, result.covariance)) {
+    EXPECT_GT(p.std, 0.0) << p.name;
+    if (p.name.rfind("shape_aux", 0) != 0) continue;
+    EXPECT_NEAR(p.std, 8.0 / std::sqrt(12.0), 1e-9) << "a shape lies between -4 and 4";
+    ++aux;
+  }
+  EXPECT_EQ(aux, 2);
 }
 
 TEST(FitTest, HeldCoordinatesStayAndTheOthersGoAsWithoutThem) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "../support/models.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/starts.hpp"
 
@@ -108,6 +109,38 @@ TEST(StartingValuesTest, AHertzianStartStoresTheEnergyOfTheLinearLaw) {
   EXPECT_NEAR(depths[1], 0.4 * depths[0], 1e-12);
   EXPECT_NEAR(depths[2], 0.15 * depths[0], 1e-12);
   EXPECT_NEAR(depths[0], depth, 1e-12);
+}
+
+TEST(StartingValuesTest, RingsStartWhereTheWeightsFrictionBringsThemToSpeed) {
+  Model model = belief();
+  model.rig.auxiliary_bearing.friction_coefficient = 0.2;
+  Recording drop = recording(RunKind::drop, false);
+  drop.speed_rad_s = 800.0;
+  Recording faster = recording(RunKind::steady, false);
+  faster.speed_rad_s = 2000.0;  // it does not touch
+  const auto& rotor = model.rig.rotor;
+  const double torque = 0.2 * rotor.mass_kg * standard_gravity_m_s2 * model.rig.auxiliary_bearing.rotor_radius_m;
+  std::vector<double> seconds;
+  for (const auto& start : starts("inner_ring_spin", model, {faster, drop})) {
+    seconds.push_back(start[0] * 800.0 / torque);  // J W = T t
+    EXPECT_LT(start[1], torque) << "or the ring would stand";
+  }
+  ASSERT_FALSE(seconds.empty());
+  const auto range = std::minmax_element(seconds.begin(), seconds.end());
+  EXPECT_NEAR(*range.first, 3e-3, 1e-9);
+  EXPECT_NEAR(*range.second, 0.3, 1e-9);
+}
+
+TEST(StartingValuesTest, ABendingModeIsNoLargerThanAShapeCanBe) {
+  EXPECT_EQ(usableShare("static_load", 50.0), 50.0);
+  EXPECT_EQ(usableShare("static_load", -50.0), -50.0);
+  EXPECT_EQ(usableShare("shaft_flexibility", 50.0), 4.0);
+  EXPECT_EQ(usableShare("shaft_flexibility", 0.7), 0.7);
+  EffectSetting mode = {"shaft_flexibility", starts("shaft_flexibility", belief(), {recording(RunKind::steady, false)})[0]};
+  const EffectSetting before = mode;
+  scaleStart(mode, 50.0);  // a force goes in by the shape, the motion comes out by it: twice the shape, four times the share
+  EXPECT_NEAR(mode.values[6], 2.0 * before.values[6], 1e-12);
+  EXPECT_EQ(mode.values[0], before.values[0]) << "the frequency stays";
 }
 
 TEST(StartingValuesTest, ACurrentLimitStartsBetweenBiasAndTheLargestCurrentSeen) {
