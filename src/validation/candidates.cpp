@@ -328,11 +328,19 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   std::vector<Start> these;
   for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
   glance(these, seen);
+  if (seen.size() > followed_starts) seen.resize(followed_starts);
   these.clear();
-  for (std::size_t n = 1; n < nuisances.size(); ++n) these.emplace_back(seen[0].second.first, &nuisances[n]);
+  for (const Seen& one : seen)
+    for (std::size_t n = 1; n < nuisances.size(); ++n) these.emplace_back(one.second.first, &nuisances[n]);
   glance(these, seen);
-  std::vector<Start> out;
-  for (std::size_t i = 0; i < std::min(followed_starts, seen.size()); ++i) out.push_back(seen[i].second);
+  std::vector<Start> out;  // each start once, with the nuisance that suits it
+  for (const Seen& one : seen)
+    if (std::none_of(out.begin(), out.end(), [&](const Start& s) { return s.first == one.second.first; })) out.push_back(one.second);
+  for (const Seen& one : seen)  // and the best with another nuisance: what a glance says of that is little
+    if (one.second.first == out[0].first && one.second.second != out[0].second) {
+      out.push_back(one.second);
+      break;
+    }
   return out;
 }
 

@@ -224,8 +224,9 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   }
   if (effect == "velocity_dependent_friction") {
     const double mu = rig.auxiliary_bearing.friction_coefficient;
-    // the first is next to the believed law
-    return {with({1.05 * mu, 0.95 * mu, 1.5}), with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0})};
+    // the first is next to the believed law, the last fall far
+    return {with({1.05 * mu, 0.95 * mu, 1.5}), with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0}),
+            with({4.0 * mu, 0.3 * mu, 0.7}),   with({4.0 * mu, 0.3 * mu, 2.5})};
   }
   if (effect == "inner_ring_spin") {
     // rings that the weight's friction brings to the rotor's speed in a few, some ten and some hundred ms, with little and
