@@ -77,6 +77,11 @@ const char* mimicOf(const std::string& effect) {
 
 }  // namespace
 
+int strideOver(const Settings& effects, int stride) {
+  const auto remembers = [](const EffectSetting& effect) { return effect.id == "inner_ring_spin"; };
+  return std::any_of(effects.begin(), effects.end(), remembers) ? 1 : stride;
+}
+
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
   bool any = false;
   for (long k = 0; k < nuisance.size(); ++k) {
@@ -180,7 +185,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     options.attempts = 5;
     options.covariance = false;
     if (effort.iterations == 0) options.first_window_passes = 1;
-    if (effort.through == Through::contact) options.window_stride = trial.stride = effort.stride;
+    if (effort.through == Through::contact) options.window_stride = trial.stride = strideOver(effects, effort.stride);
   }
   if (effort.through == Through::free) options.held = heldWithoutContact(*trial.space);
   if (effort.through == Through::contact && prior != nullptr) {

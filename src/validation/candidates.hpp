@@ -60,9 +60,13 @@ struct FitEffort {
   int iterations = 10;
   bool scores = false;      ///< robust covariance
   bool first_look = false;  ///< few attempts, no covariance, only some of the windows through contact
-  int stride = 4;           ///< of those in a first look
+  int stride = 4;           ///< of those in a first look, where the effects allow it
   const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
 };
+
+/// Windows through contact that fits of some effects can leave out: none where something that no sensor sees, a ring's speed,
+/// is known from window to window only.
+int strideOver(const Settings& effects, int stride);
 
 /// Puts back what is far from the belief, by its prior deviation. False: nothing is.
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance);

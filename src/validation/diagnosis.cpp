@@ -140,8 +140,9 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     const bool contact = needsContact(t.effect);
     if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
     const bool rival = t.evidence > rival_share * trials[0].evidence;
-    t.errors = candidates_.judge(t, contact, false, rival ? 1 : judged_stride);
-    if (contact && !rival) scaleToAllWindows(t.errors, errors_.validation_error_contact, sampledError());
+    const int stride = rival ? 1 : strideOver(t.space->fitted(), judged_stride);
+    t.errors = candidates_.judge(t, contact, false, stride);
+    if (contact && stride > 1) scaleToAllWindows(t.errors, errors_.validation_error_contact, sampledError());
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references_.free.fit : references_.contact.fit;
     if (candidates_.haveContact())
@@ -155,7 +156,8 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
 double Diagnoser::sampledError() {
   if (sampled_error_ < 0.0) {
     Trial reference = references_.contact;
-    sampled_error_ = candidates_.judge(reference, true, false, judged_stride).validation_error_contact;
+    sampled_error_ =
+        candidates_.judge(reference, true, false, strideOver(adopted_, judged_stride)).validation_error_contact;
   }
   return sampled_error_;
 }
