@@ -185,6 +185,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     options.attempts = 5;
     options.covariance = false;
     if (effort.iterations == 0) options.first_window_passes = 1;
+    options.thorough_first = effort.through != Through::free;  // a window that begins wrong outweighs many
     if (effort.through == Through::contact) options.window_stride = trial.stride = strideOver(effects, effort.stride);
   }
   if (effort.through == Through::free) options.held = heldWithoutContact(*trial.space);
@@ -363,7 +364,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   });
   std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
   Trial winner = std::move(trials[0]);
-  if (!contact && !isNested(winner.effect))
+  if (!isNested(winner.effect))
     for (std::size_t i = 1; i < trials.size() && i < followed_starts; ++i) winner.others.push_back(std::move(trials[i]));
   return winner;
 }
@@ -460,12 +461,13 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     ++finished;
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);
-    goOn(t, {needsContact(t.effect) ? Through::contact : Through::free, round_iterations, false, needsContact(t.effect)});
+    const bool contact = needsContact(t.effect);
+    goOn(t, {contact ? Through::contact : Through::free, round_iterations, false, contact});
     // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {
       if (t.evidence < (settled ? near : in_reach) * leader) break;
       value(other, references);
-      goOn(other, {Through::free, climbing_iterations});
+      goOn(other, {contact ? Through::contact : Through::free, contact ? round_iterations : climbing_iterations, false, contact});
       if (other.evidence > t.evidence) t = std::move(other);
     }
   }

@@ -23,6 +23,9 @@ namespace {
 constexpr double least_validation_drop = 0.004;
 /// Share of the excess over the floor (1) that an effect must take there.
 constexpr double least_excess_share = 0.15;
+/// Through contact a second effect must take this share: windows there never all come down to the floor, and an effect that is
+/// missing takes most of what is above it.
+constexpr double least_further_contact_share = 0.4;
 /// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
 constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
@@ -67,6 +70,7 @@ class Diagnoser {
   std::vector<Trial> screen(double from, double to);
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
+  bool bornOut(const CandidateErrors& before, const CandidateErrors& after) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   void refer();
   bool withdraw(Diagnosis& out);
@@ -163,7 +167,12 @@ double Diagnoser::sampledError() {
 }
 
 void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
-  for (const auto& t : trials) {
+  std::vector<const Trial*> order;
+  for (const auto& t : trials) order.push_back(&t);
+  // what the runs to validate bear out comes first
+  std::stable_partition(order.begin(), order.end(), [&](const Trial* t) { return earns(*t); });
+  for (const Trial* one : order) {
+    const Trial& t = *one;
     Candidate c;
     c.effect = t.effect;
     c.excited = t.excited;
@@ -180,15 +189,20 @@ void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
 }
 
 bool Diagnoser::earns(const Trial& trial) const {
-  if (!trial.usable() || trial.evidence < least_evidence) return false;
-  // it must take a share of what is above the floor: a wrong effect that bends a little towards the right one does not
-  const auto earned = [](double was, double is) {
+  return trial.usable() && trial.evidence >= least_evidence && bornOut(errors_, trial.errors);
+}
+
+/// Whether the runs to validate have become better by a share of what is above the floor: a wrong effect that bends a little
+/// towards the right one does not do that.
+bool Diagnoser::bornOut(const CandidateErrors& before, const CandidateErrors& after) const {
+  const auto better = [](double was, double is, double share) {
     if (was < 0.0 || is < 0.0) return false;
     const double drop = was * was - is * is, above = was * was - 1.0;
-    return drop > least_validation_drop * was * was && drop > least_excess_share * above;
+    return drop > least_validation_drop * was * was && drop > share * above;
   };
-  return earned(errors_.validation_error_free, trial.errors.validation_error_free) ||
-         earned(errors_.validation_error_contact, trial.errors.validation_error_contact);
+  return better(before.validation_error_free, after.validation_error_free, least_excess_share) ||
+         better(before.validation_error_contact, after.validation_error_contact,
+                adopted_.empty() ? least_excess_share : least_further_contact_share);
 }
 
 /// Everything refitted to all runs, with robust standard deviations; the model as it stands from then on.
@@ -386,8 +400,19 @@ Diagnosis Diagnoser::run() {
       continue;
     }
     progress(to - 0.02, "refit with " + chosen->effect);
+    const Trial stood = joint_;
+    const CandidateErrors before = errors_;
+    const Settings had = adopted_;
+    const auto steps = out.steps;
     out.steps.push_back({chosen->effect, {}, {}});
     adopt(chosen->effects(), *chosen, out);
+    if (step > 0 && !bornOut(before, errors_)) {  // refitted with all the rest it is worth less than it promised
+      joint_ = stood;
+      errors_ = before;
+      adopted_ = had;
+      out.steps = steps;
+      break;
+    }
     if (step == 0) proposeExperiments(candidates_, trials, chosen->effect, out);
     if (step == 0)
       for (auto& c : out.ranking)

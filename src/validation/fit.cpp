@@ -140,7 +140,9 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
     }
     return sum;
   };
+  evaluation.thorough = options.thorough_first;
   NormalEquations now = problem.evaluate(result.x, which, local, evaluation);
+  evaluation.thorough = false;
   result.finite = now.finite;
   if (!now.finite) {
     result.chi2 = 1e300;

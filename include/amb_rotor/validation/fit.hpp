@@ -111,6 +111,7 @@ struct FitOptions {
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
   int first_window_passes = 9, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1;     ///< see EvaluationOptions
+  bool thorough_first = false;  ///< the first evaluation is thorough, see EvaluationOptions
   std::vector<bool> held;    ///< see EvaluationOptions
   const FrozenColumns* frozen = nullptr;  ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
