@@ -2,12 +2,14 @@
 // Template bodies of machine.hpp; included by the one source file of each Scalar.
 #include <algorithm>
 
+#include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/fields.hpp"
 #include "amb_rotor/effects/all.hpp"
 #include "amb_rotor/excitation/unbalance.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "amb_rotor/machine/state.hpp"
+#include "amb_rotor/model/yaml_document.hpp"
 
 namespace amb_rotor {
 
@@ -92,6 +94,7 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
   for (double z : extra.force_z_m) extra_force_plane_.push_back(assembly.addPlane(S(z)));
   cg_plane_ = assembly.addCentrePlane();
   rotor_ = assembly.finish();
+  if (spin_ == Spin::free) requireFreeSpin();
 
   int offset = 4 * rotor_.modes();
   for (auto& part : parts_) {
@@ -320,16 +323,12 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
       seen->ring_speed[end] = angular[end];
     }
   }
-  if (spin_ == Spin::free && !in.hold_speed) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
+  const bool free_spin = spin_ == Spin::free && !in.hold_speed;
+  if (free_spin) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
 
-  for (std::size_t i = 0; i < unbalance_.size(); ++i) {
-    S moment = unbalance_[i].moment_kg_m;
-    if (i >= own_unbalances_) {
-      if (in.extra_unbalance == nullptr) break;
-      moment = moment * in.extra_unbalance[i - own_unbalances_];
-    }
+  for (std::size_t i = 0; i < actingUnbalances(in); ++i) {
     const Vec2<S> direction = unbalance_phase_[i].turn(shaft);
-    rotor_.push(unbalance_plane_[i], unbalanceForce(moment, direction, shaft), generalised);
+    rotor_.push(unbalance_plane_[i], unbalanceForce(unbalanceMoment(i, in), direction, shaft), generalised);
   }
   if (in.extra_force != nullptr)
     for (std::size_t i = 0; i < extra_force_plane_.size(); ++i)
@@ -341,9 +340,15 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   }
 
   if (electrics_.size() > 0) electricRates(in, shaft, state, rate, seen);
+  const bool reacts = free_spin && actingUnbalances(in) > 0;
+  if (rate != nullptr || reacts) {
+    S seen_only[2 * max_modes];
+    S* acceleration = rate != nullptr ? rate + 2 * n : seen_only;
+    rotor_.accelerations(q, v, shaft.speed, generalised, acceleration);
+    if (reacts) shaft.acceleration += unbalanceReaction(in, shaft, acceleration);
+  }
   if (rate != nullptr) {
     for (int k = 0; k < 2 * n; ++k) rate[k] = v[k];
-    rotor_.accelerations(q, v, shaft.speed, generalised, rate + 2 * n);
     if (stator_ != nullptr)
       stator_->physics->statorRates(reaction, state + stator_->offset, rate + stator_->offset);
     if (spin_ != Spin::prescribed) {
@@ -355,6 +360,50 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     seen->shaft = shaft;
     seen->centre = rotor_.at(cg_plane_, q);
     for (int end = 0; end < 2; ++end) seen->sensor_position[end] = rotor_.at(plane_sensor + end, q) - stator;
+  }
+}
+
+// With t the forces on the coordinates for W' = 1 and a the accelerations for the W' without reaction:
+//   M q'' = M a + t dW',  Ip dW' = t.q'' - g sum U c  ->  (Ip - t M^-1 t) dW' = t.a - g sum U c
+template <class S>
+S Machine<S>::unbalanceReaction(const Inputs<S>& in, const Shaft<S>& shaft, S* acceleration) const {
+  const int n = rotor_.modes();
+  S tangential[2 * max_modes], torque(0.0), inertia = rig_.rotor.polar_inertia_kg_m2;
+  for (int k = 0; k < 2 * n; ++k) tangential[k] = S(0.0);
+  for (std::size_t i = 0; i < actingUnbalances(in); ++i) {
+    const S moment = unbalanceMoment(i, in);
+    const Vec2<S> direction = unbalance_phase_[i].turn(shaft);
+    rotor_.push(unbalance_plane_[i], {moment * direction.y, -moment * direction.x}, tangential);
+    torque -= rig_.gravity_m_s2 * moment * direction.x;
+  }
+  S moved[2 * max_modes];
+  for (int k = 0; k < 2 * n; ++k) {
+    moved[k] = tangential[k] / rotor_.mass(k % n);
+    torque += tangential[k] * acceleration[k];
+    inertia -= tangential[k] * moved[k];
+  }
+  const S change = torque / inertia;
+  for (int k = 0; k < 2 * n; ++k) acceleration[k] += moved[k] * change;
+  return change;
+}
+
+/// Ip about the shaft's axis is more than what the unbalances are of it, with all of them in one direction.
+template <class S>
+void Machine<S>::requireFreeSpin() const {
+  for (std::size_t lane = 0; lane < ScalarTraits<S>::lanes; ++lane) {
+    const double inertia = laneValue(rig_.rotor.polar_inertia_kg_m2, lane);
+    if (!(inertia > 0.0)) throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
+    double beside = 0.0;
+    for (int k = 0; k < rotor_.modes(); ++k) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < unbalance_.size(); ++i)
+        sum += std::fabs(laneValue(unbalance_[i].moment_kg_m, lane) * laneValue(rotor_.shape(unbalance_plane_[i], k), lane));
+      beside += sum * sum / laneValue(rotor_.mass(k), lane);
+    }
+    if (!(inertia > beside))
+      throw InputError({{"", 0, "rotor.polar_inertia_kg_m2", numberText(inertia),
+                         "must be above " + numberText(beside) +
+                             " where speed.type is free: what the unbalance alone has about the shaft's axis"}});
   }
 }
 
