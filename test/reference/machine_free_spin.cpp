@@ -61,6 +61,46 @@ TEST(MachineFreeSpin, AHeavySpotSwingsAsAPendulum) {
     EXPECT_NEAR(t.angle_rad[i] + 0.5 * pi, swing * std::cos(w * t.time_s[i]), swing * (two_pi * swing * swing / 16 + 1e-4));
 }
 
+TEST(MachineFreeSpin, InternalDampingDrivesTheWhirlFromTheSpin) {
+  // Springs alone, above the threshold speed: what the whirl gains in angular momentum the spin loses, and the sum of their
+  // energies falls, by the integral of d abs(v - W z x r)^2.
+  const double stiffness = 2.47e6, d = 2000.0, w0 = radPerSecond(240.0), start = 1e-6;
+  for (double unbalance : {0.0, 1e-5}) {
+    Model model = with(withUnbalance(springMass(stiffness, 0.0), unbalance), "internal_damping", {d, 0.0});
+    model.rig.rotor.polar_inertia_kg_m2 = polar_inertia;
+    model.rig.auxiliary_bearing.clearance_m = 0.1;
+    RunOptions options;
+    options.relative_tolerance = 1e-10;
+    const auto run = simulate(model, from(freeSpin(240.0, 0.04, 1e5), {start, 0.0}, {}), options);
+    ASSERT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
+    const auto balanceOf = [&](const double* y, double& momentum, double& energy) {
+      const double c = std::cos(y[4]), s = std::sin(y[4]), across = c * y[3] - s * y[2];
+      momentum = rotor_mass * (y[0] * y[3] - y[1] * y[2]) + polar_inertia * y[5] +
+                 unbalance * (y[5] * (y[0] * c + y[1] * s) + across);
+      energy = 0.5 * rotor_mass * (y[2] * y[2] + y[3] * y[3]) + 0.5 * stiffness * (y[0] * y[0] + y[1] * y[1]) +
+               0.5 * polar_inertia * y[5] * y[5] + unbalance * y[5] * across;
+    };
+    const double first[6] = {start, 0.0, 0.0, 0.0, 0.0, w0};
+    const double* last = run.final_state.mechanics.data();
+    double momentum[2], energy[2];
+    balanceOf(first, momentum[0], energy[0]);
+    balanceOf(last, momentum[1], energy[1]);
+    const double slowed = w0 - last[5];
+    EXPECT_GT(slowed, 1.0) << "the whirl has grown";
+    EXPECT_NEAR(momentum[1], momentum[0], 1e-6 * polar_inertia * slowed);
+    // the trapezoidal rule on 1e5 samples a second of a motion of 1500 rad/s: (h w)^2/12 = 2e-5 of it at most
+    double lost = 0.0;
+    const auto& t = run.trajectory;
+    const auto &x = t.aux_position_m[0], &y = t.aux_position_m[1];
+    for (std::size_t i = 1; i + 1 < t.time_s.size(); ++i) {
+      const double vx = (x[i + 1] - x[i - 1]) * 0.5e5 + t.speed_rad_s[i] * y[i];
+      const double vy = (y[i + 1] - y[i - 1]) * 0.5e5 - t.speed_rad_s[i] * x[i];
+      lost += d * (vx * vx + vy * vy) * 1e-5;
+    }
+    EXPECT_NEAR(energy[0] - energy[1], lost, 2e-3 * lost);
+  }
+}
+
 /// Torque that a whirl at constant speed takes from the shaft, d abs(X)^2 W with X = U W^2/(k - m W^2 + i d W).
 double whirlTorque(double k, double d, double moment, double w) {
   const double radius = std::abs(moment * w * w / Complex(k - rotor_mass * w * w, d * w));

@@ -152,6 +152,14 @@ TEST(GraphCore, AFreeSpinWithUnbalanceEqualsMachine) {
   const double speed = machine.final_state.mechanics.back();
   EXPECT_NEAR(graph.states.back().mechanics.back(), speed, 1e-7 * speed);
   EXPECT_GT(std::fabs(speed - radPerSecond(60.0) * std::exp(-0.05 * 0.3)), 3e-3) << "the unbalance acts on the spin";
+  // one that is too great for the rotor's inertia is refused when it comes, and the run goes on
+  InjectorPartner injector(model, scenario);
+  std::vector<std::string> refused;
+  blade.amount = 0.07;  // U^2/m = 1.46e-3 kg m2
+  const Injection answer = injector.answer(graph.states.front(), {faultMessage(blade)}, refused);
+  ASSERT_EQ(refused.size(), 1U);
+  EXPECT_NE(refused[0].find("polar_inertia_kg_m2"), std::string::npos) << refused[0];
+  EXPECT_TRUE(answer.faults.empty());
 }
 
 TEST(GraphCore, EveryEffectOfTheCatalogueEqualsMachine) {

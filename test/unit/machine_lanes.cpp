@@ -236,6 +236,7 @@ TEST(MachineLanes, AFreeSpinFeelsTheUnbalanceInEveryLane) {
     Model model = withUnbalance(withUnbalance(springBeam(2e5, 150.0), 1e-3 * (lane + 1.0), 0.4, 0.03), 5e-4, 2.0, -0.05);
     model.rig.rotor.polar_inertia_kg_m2 = 1e-3 * (1.0 + 0.5 * lane);
     model.rig.gravity_m_s2 = 9.81;
+    model = with(model, "internal_damping", {30.0, 0.02});
     models.push_back(with(model, "shaft_flexibility", typicalValues("shaft_flexibility")));
   }
   for (const Model& model : models) lanes.push_back(&model);

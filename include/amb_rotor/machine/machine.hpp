@@ -25,7 +25,7 @@ namespace amb_rotor {
 enum class Spin {
   prescribed,  ///< angle and speed come from outside
   drag,        ///< a state; the drive keeps the speed but for spin_drag
-  free         ///< a state; spin_drag, the contacts' friction torque and the unbalance change it; needs Ip > m e^2
+  free         ///< a state; spin_drag, friction in contacts and rotor, and the unbalance change it; Ip > m e^2
 };
 
 /// A plane or an unbalance beyond those of the rig, for excitation and faults.
@@ -153,8 +153,9 @@ class Machine {
     const S& moment = unbalance_[i].moment_kg_m;
     return i < own_unbalances_ ? moment : moment * in.extra_unbalance[i - own_unbalances_];
   }
-  /// The unbalance's reaction on a free spin: what it adds to W', in the accelerations of the coordinates, too.
-  S unbalanceReaction(const Inputs<S>& in, const Shaft<S>& shaft, S* acceleration) const;
+  /// What a torque on the shaft and the unbalance's reaction add to a free spin's W', in the accelerations of the
+  /// coordinates, too.
+  S spinReaction(const Inputs<S>& in, const Shaft<S>& shaft, S torque, S* acceleration) const;
   void requireFreeSpin() const;
   ContactGeometry<S> geometryAt(int end, const S* state) const;
   /// Arm of the friction about the ring's centre [m]: the rotor's radius and the distance of the centres, so that the

@@ -17,14 +17,15 @@ template <class S>
 class Machine<S>::Forces final : public RotorForces<S> {
  public:
   Forces(const ModalRotor<S>& rotor, const S* q, const S* v, const Vec2<S>& stator, const Vec2<S>& stator_velocity,
-         S* generalised, Vec2<S>& reaction)
+         S* generalised, Vec2<S>& reaction, S& torque)
       : rotor_(rotor),
         q_(q),
         v_(v),
         stator_(stator),
         stator_velocity_(stator_velocity),
         generalised_(generalised),
-        reaction_(reaction) {}
+        reaction_(reaction),
+        torque_(torque) {}
   Vec2<S> position(int plane) const override { return rotor_.at(plane, q_) - stator_; }
   Vec2<S> velocity(int plane) const override { return rotor_.at(plane, v_) - stator_velocity_; }
   void push(int plane, const Vec2<S>& force) override {
@@ -32,6 +33,7 @@ class Machine<S>::Forces final : public RotorForces<S> {
     reaction_ -= force;
   }
   void load(int plane, const Vec2<S>& force) override { rotor_.push(plane, force, generalised_); }
+  void twist(const S& torque) override { torque_ += torque; }
 
  private:
   const ModalRotor<S>& rotor_;
@@ -40,6 +42,7 @@ class Machine<S>::Forces final : public RotorForces<S> {
   Vec2<S> stator_, stator_velocity_;
   S* generalised_;
   Vec2<S>& reaction_;
+  S& torque_;
 };
 
 /// The physics of an effect that a file defines, its values from each lane; null: the program has it itself.
@@ -334,18 +337,19 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     for (std::size_t i = 0; i < extra_force_plane_.size(); ++i)
       rotor_.push(extra_force_plane_[i], in.extra_force[i], generalised);
   rotor_.push(cg_plane_, {S(0.0), -rig_.rotor.mass_kg * rig_.gravity_m_s2}, generalised);
+  S twist(0.0);
   if (!pushing_.empty()) {
-    Forces port(rotor_, q, v, stator, stator_velocity, generalised, reaction);
+    Forces port(rotor_, q, v, stator, stator_velocity, generalised, reaction, twist);
     for (const auto* effect : pushing_) effect->rotorForce(shaft, port);
   }
 
   if (electrics_.size() > 0) electricRates(in, shaft, state, rate, seen);
-  const bool reacts = free_spin && actingUnbalances(in) > 0;
+  const bool reacts = free_spin && (actingUnbalances(in) > 0 || !pushing_.empty());
   if (rate != nullptr || reacts) {
     S seen_only[2 * max_modes];
     S* acceleration = rate != nullptr ? rate + 2 * n : seen_only;
     rotor_.accelerations(q, v, shaft.speed, generalised, acceleration);
-    if (reacts) shaft.acceleration += unbalanceReaction(in, shaft, acceleration);
+    if (reacts) shaft.acceleration += spinReaction(in, shaft, twist, acceleration);
   }
   if (rate != nullptr) {
     for (int k = 0; k < 2 * n; ++k) rate[k] = v[k];
@@ -363,12 +367,12 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   }
 }
 
-// With t the forces on the coordinates for W' = 1 and a the accelerations for the W' without reaction:
-//   M q'' = M a + t dW',  Ip dW' = t.q'' - g sum U c  ->  (Ip - t M^-1 t) dW' = t.a - g sum U c
+// With t the forces on the coordinates for W' = 1 and a the accelerations for the W' so far:
+//   M q'' = M a + t dW',  Ip dW' = torque + t.q'' - g sum U c  ->  (Ip - t M^-1 t) dW' = torque + t.a - g sum U c
 template <class S>
-S Machine<S>::unbalanceReaction(const Inputs<S>& in, const Shaft<S>& shaft, S* acceleration) const {
+S Machine<S>::spinReaction(const Inputs<S>& in, const Shaft<S>& shaft, S torque, S* acceleration) const {
   const int n = rotor_.modes();
-  S tangential[2 * max_modes], torque(0.0), inertia = rig_.rotor.polar_inertia_kg_m2;
+  S tangential[2 * max_modes], inertia = rig_.rotor.polar_inertia_kg_m2;
   for (int k = 0; k < 2 * n; ++k) tangential[k] = S(0.0);
   for (std::size_t i = 0; i < actingUnbalances(in); ++i) {
     const S moment = unbalanceMoment(i, in);

@@ -71,6 +71,7 @@ class InjectorPartner {
   double nextKink(double time, double limit) const;
   void fill(double from, double to, Injection& answer) const;
 
+  Model model_;
   Scenario scenario_;
   std::uint64_t model_hash_;
   double sample_rate_hz_;  ///< of the controller: excitation currents are held from sample to sample; 0: none
