@@ -246,7 +246,8 @@ def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float |
 // {summary}. At each magnetic bearing, while it is on, with p the rotor's displacement there, v its
 // velocity, i the current that makes the force and t the shaft's angle:
 //   F = {law}
-// TO COMPLETE: the mechanism, its source, the range in which the law holds, what is left out.
+// TO COMPLETE: the mechanism, and after the words Valid, Source and Left out, each with a colon, the range in which the
+// law holds, where it is from and what it leaves out.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {{

@@ -11,13 +11,12 @@ class EventStepper::System final : public HybridSystem {
  public:
   explicit System(const Machine<double>& machine)
       : machine_(machine),
-        stick_(machine),
-        sticks_(machine.frictionLaw() == FrictionLaw::set_valued),
+        sliding_(machine),
         lag_work_() {}
 
   int size() const override { return machine_.stateSize(); }
   /// Contact of each end; with set-valued friction the sliding of each end, too.
-  int guards() const override { return sticks_ ? 4 : 2; }
+  int guards() const override { return 2 + sliding_.guards(); }
 
   void begin(const Simulator<double>& sim, double from, MachineState<double>& state,
              const Simulator<double>::Held& held) {
@@ -26,12 +25,9 @@ class EventStepper::System final : public HybridSystem {
     state_ = &state;
     held_ = &held;
     lag_work_ = state.lag;
-    if (!sticks_) return;
     Inputs<double> in;
-    inputs(from, in);
-    for (int end = 0; end < 2; ++end)
-      if (state.contact_mode[end] != 0 && state.sliding[end] == sliding_unset)
-        startSliding(end, in, state.mechanics.data());
+    if (sliding_.guards() > 0) inputs(from, in);
+    sliding_.begin(in, state.mechanics.data(), state);
   }
 
   void inputs(double time, Inputs<double>& in) const {
@@ -61,17 +57,13 @@ class EventStepper::System final : public HybridSystem {
       in.extra_unbalance = factors_.data();
     }
     in.contact_mode = state_->contact_mode;
-    if (sticks_) in.sliding = state_->sliding;
   }
 
   void derivatives(double time, const double* y, double* rate) const override {
     Inputs<double> in;
     inputs(time, in);
     double force[2];
-    if (sticks_) {
-      stick_.solve(in, state_->sliding, y, force);
-      in.stick_force = force;
-    }
+    sliding_.complete(in, y, force);
     machine_.derivatives(in, y, rate);
   }
 
@@ -80,81 +72,27 @@ class EventStepper::System final : public HybridSystem {
       const double inside = machine_.contactGuard(end, y);
       guard[end] = state_->contact_mode[end] != 0 ? inside : -inside;
     }
-    if (!sticks_) return;
+    if (sliding_.guards() == 0) return;
     Inputs<double> in;
     inputs(time, in);
-    double force[2] = {0.0, 0.0};
-    if (sticking(0) || sticking(1)) stick_.solve(in, state_->sliding, y, force);
-    for (int end = 0; end < 2; ++end) {
-      if (state_->contact_mode[end] == 0)
-        guard[2 + end] = 1.0;
-      else if (sticking(end))
-        guard[2 + end] = stick_.limit(in, end, y) - std::fabs(force[end]);
-      else
-        guard[2 + end] = state_->sliding[end] * machine_.slip(end, in, y) + stick_threshold_m_s;
-    }
+    sliding_.guardValues(in, y, guard + 2);
   }
 
   void onEvent(int guard, double time, double* y) override {
-    if (guard >= 2) return onSliding(guard - 2, time, y);
+    Inputs<double> in;
+    if (sliding_.guards() > 0) inputs(time, in);
+    if (guard >= 2) return sliding_.onGuard(guard - 2, in, y);
     const int end = guard;
     state_->contact_mode[end] = 1 - state_->contact_mode[end];
-    if (sticks_) {
-      Inputs<double> in;
-      inputs(time, in);
-      state_->sliding[end] = sliding_unset;
-      if (state_->contact_mode[end] != 0) startSliding(end, in, y);
-    }
+    sliding_.onContact(end, in, y);
     if (observer) observer(end, state_->contact_mode[end] != 0, time, y);
   }
 
   std::function<void(int, bool, double, const double*)> observer;
 
  private:
-  bool sticking(int end) const { return state_->contact_mode[end] != 0 && state_->sliding[end] == 0; }
-
-  /// A contact begins: it slides as it arrives; one that arrives without sliding sticks until its guard says
-  /// otherwise.
-  void startSliding(int end, const Inputs<double>& in, const double* y) {
-    const double slip = machine_.slip(end, in, y);
-    state_->sliding[end] = std::fabs(slip) <= stick_threshold_m_s ? 0 : (slip > 0.0 ? 1 : -1);
-  }
-
-  void onSliding(int end, double time, double* y) {
-    Inputs<double> in;
-    inputs(time, in);
-    int& mode = state_->sliding[end];
-    const int before = mode;
-    double force[2];
-    mode = 0;
-    if (before != 0 && bothHold(1 - end, in, y)) return;
-    stick_.solve(in, state_->sliding, y, force);
-    const bool holds = std::fabs(force[end]) <= stick_.limit(in, end, y);
-    if (before != 0)  // sliding came to rest: it stays there, or goes on the other way
-      mode = holds ? 0 : -before;
-    else  // the force was not enough: slides against it
-      mode = force[end] > 0.0 ? -1 : 1;
-  }
-
-  /// Two ends that come to rest at one instant (a rotor that does not tilt) hold each other up only together:
-  /// where both hold, the other end sticks from now on, too.
-  bool bothHold(int other, const Inputs<double>& in, const double* y) {
-    int& mode = state_->sliding[other];
-    if (state_->contact_mode[other] == 0 || mode == 0) return false;
-    if (std::fabs(machine_.slip(other, in, y)) > 10.0 * stick_threshold_m_s) return false;
-    const int before = mode;
-    mode = 0;
-    double force[2];
-    stick_.solve(in, state_->sliding, y, force);
-    if (std::fabs(force[0]) <= stick_.limit(in, 0, y) && std::fabs(force[1]) <= stick_.limit(in, 1, y))
-      return true;
-    mode = before;
-    return false;
-  }
-
   const Machine<double>& machine_;
-  mutable StickSolver stick_;
-  bool sticks_;
+  SlidingModes sliding_;
   const Simulator<double>* sim_ = nullptr;
   MachineState<double>* state_ = nullptr;
   const Simulator<double>::Held* held_ = nullptr;

@@ -32,7 +32,15 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
     (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) = sim.bearingOn(a, seen.time) ? 1.0 : 0.0;
   in.contact_mode = state.contact_mode;
   double stick_force[2] = {0.0, 0.0};
+  std::vector<Vec2<double>> forces;
+  std::vector<double> factors;
   if (sim.machine().frictionLaw() == FrictionLaw::set_valued) {
+    if (sim.drive().schedule != nullptr) {  // what keeps an end sticking depends on all that acts
+      sim.drive().schedule->forces(seen.time, forces);
+      sim.drive().schedule->unbalanceFactors(seen.time, factors);
+      in.extra_force = forces.data();
+      in.extra_unbalance = factors.data();
+    }
     in.sliding = state.sliding;
     StickSolver(sim.machine()).solve(in, state.sliding, state.mechanics.data(), stick_force);
     in.stick_force = stick_force;
@@ -213,10 +221,7 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   options.modal = wanted.modal && own_law.empty();
   const Schedule schedule(scenario.excitations, scenario.faults);
   const PiecewiseShaft path = shaftPath(scenario);
-  const Spin spin = spinOf(model, scenario);
-  if (spin == Spin::free && model.rig.rotor.polar_inertia_kg_m2 <= 0.0)
-    throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
-  const Machine<double> machine({&model}, spin, {schedule.forcePlanes(), schedule.unbalances()});
+  const Machine<double> machine({&model}, spinOf(model, scenario), {schedule.forcePlanes(), schedule.unbalances()});
   Drive<double> drive;
   drive.path = &path;
   drive.schedule = schedule.empty() ? nullptr : &schedule;  // none: the run-in's equations serve the run

@@ -1,7 +1,9 @@
 #include "amb_rotor/machine/set_valued_friction.hpp"
 
+#include <cmath>
+#include <cstdio>
+
 #include "amb_rotor/common/error.hpp"
-#include "amb_rotor/machine/state.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -11,12 +13,14 @@ constexpr double least_norm_share = 1e-9;
 
 }  // namespace
 
-void refuseSetValuedFriction(FrictionLaw law, const char* where) {
-  if (law == FrictionLaw::set_valued)
-    throw InputError(
-        {{"", 0, "rig.auxiliary_bearing.friction_law", "set_valued",
-          std::string("must be regularised in ") + where +
-              " (stick is a mode with located events, which only an event-accurate run in process has)"}});
+void refuseSetValuedFriction(FrictionLaw law, const std::string& where) {
+  if (law != FrictionLaw::set_valued) return;
+  char width[16];
+  std::snprintf(width, sizeof width, "%g m/s", friction_regularisation_m_s);
+  throw InputError({{"", 0, "rig.auxiliary_bearing.friction_law", "set_valued",
+                     "must be regularised in " + where +
+                         ", whose fixed steps have no stick. regularised slides alike and creeps, below v0 = " + width +
+                         " by mu N tanh(v/v0), instead of sticking; amb simulate, drop maps and amb launch take set_valued"}});
 }
 
 StickSolver::StickSolver(const Machine<double>& machine)
@@ -65,6 +69,79 @@ double StickSolver::limit(Inputs<double> in, int end, const double* state) const
   if (in.stick_force == nullptr) in.stick_force = none;
   machine_.contacts(in, state, contact);
   return contact[end].friction_coefficient * contact[end].normal_force;
+}
+
+void SlidingModes::begin(const Inputs<double>& in, const double* y, MachineState<double>& state) {
+  state_ = &state;
+  if (!on_) return;
+  for (int end = 0; end < 2; ++end)
+    if (state.contact_mode[end] != 0 && state.sliding[end] == sliding_unset) startSliding(end, in, y);
+}
+
+void SlidingModes::complete(Inputs<double>& in, const double* y, double force[2]) const {
+  if (!on_) return;
+  in.sliding = state_->sliding;
+  solver_.solve(in, state_->sliding, y, force);
+  in.stick_force = force;
+}
+
+void SlidingModes::guardValues(Inputs<double> in, const double* y, double guard[2]) const {
+  if (!on_) return;
+  in.sliding = state_->sliding;
+  double force[2] = {0.0, 0.0};
+  if (sticking(0) || sticking(1)) solver_.solve(in, state_->sliding, y, force);
+  for (int end = 0; end < 2; ++end) {
+    if (state_->contact_mode[end] == 0)
+      guard[end] = 1.0;
+    else if (sticking(end))
+      guard[end] = solver_.limit(in, end, y) - std::fabs(force[end]);
+    else
+      guard[end] = state_->sliding[end] * machine_.slip(end, in, y) + stick_threshold_m_s;
+  }
+}
+
+void SlidingModes::onContact(int end, Inputs<double> in, const double* y) {
+  if (!on_) return;
+  in.sliding = state_->sliding;
+  state_->sliding[end] = sliding_unset;
+  if (state_->contact_mode[end] != 0) startSliding(end, in, y);
+}
+
+/// A contact begins: it slides as it arrives; one that arrives without sliding sticks until its guard says
+/// otherwise.
+void SlidingModes::startSliding(int end, const Inputs<double>& in, const double* y) {
+  const double slip = machine_.slip(end, in, y);
+  state_->sliding[end] = std::fabs(slip) <= stick_threshold_m_s ? 0 : (slip > 0.0 ? 1 : -1);
+}
+
+void SlidingModes::onGuard(int end, Inputs<double> in, const double* y) {
+  in.sliding = state_->sliding;
+  int& mode = state_->sliding[end];
+  const int before = mode;
+  double force[2];
+  mode = 0;
+  if (before != 0 && bothHold(1 - end, in, y)) return;
+  solver_.solve(in, state_->sliding, y, force);
+  const bool holds = std::fabs(force[end]) <= solver_.limit(in, end, y);
+  if (before != 0)  // sliding came to rest: it stays there, or goes on the other way
+    mode = holds ? 0 : -before;
+  else  // the force was not enough: slides against it
+    mode = force[end] > 0.0 ? -1 : 1;
+}
+
+/// Two ends that come to rest at one instant (a rotor that does not tilt) hold each other up only together:
+/// where both hold, the other end sticks from now on, too.
+bool SlidingModes::bothHold(int other, const Inputs<double>& in, const double* y) {
+  int& mode = state_->sliding[other];
+  if (state_->contact_mode[other] == 0 || mode == 0) return false;
+  if (std::fabs(machine_.slip(other, in, y)) > 10.0 * stick_threshold_m_s) return false;
+  const int before = mode;
+  mode = 0;
+  double force[2];
+  solver_.solve(in, state_->sliding, y, force);
+  if (std::fabs(force[0]) <= solver_.limit(in, 0, y) && std::fabs(force[1]) <= solver_.limit(in, 1, y)) return true;
+  mode = before;
+  return false;
 }
 
 }  // namespace amb_rotor

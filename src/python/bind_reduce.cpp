@@ -114,6 +114,12 @@ void bindReduce(py::module_& m) {
           seen = responses(full, order > 0 ? &reduced : nullptr, frequencies_hz);
         }
         py::dict d;
+        using Method = RotorReduction::Method;
+        const RotorReduction& stated = model.reduction;
+        d["model_reduction"] = stated.method == Method::by_frequency
+                                   ? py::object(py::none())
+                                   : py::object(py::str((stated.method == Method::modal ? "modal, " : "craig_bampton, ") +
+                                                        std::to_string(stated.modes) + " modes"));
         d["states"] = full.a.rows();
         d["order"] = order;
         d["hankel_m_per_N"] = ownedArray(std::vector<double>(hankel.data(), hankel.data() + hankel.size()));

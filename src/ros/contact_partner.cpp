@@ -37,20 +37,25 @@ ContactPartner::ContactPartner(const Model& model, double contact_step)
   AMB_ROTOR_CHECK(contact_step > 0.0, "the contact step is above 0");
 }
 
-Inputs<double> ContactPartner::inputs(const RotorState& state, int mode[2]) const {
-  AMB_ROTOR_CHECK(
-      static_cast<int>(state.mechanics.size()) >= machine_->stateSize() && state.contact_mode.size() == 2,
-      "the step's mechanics belong to this model");
+Inputs<double> ContactPartner::inputs(const RotorState& state, Modes& modes) const {
+  AMB_ROTOR_CHECK(static_cast<int>(state.mechanics.size()) >= machine_->stateSize() &&
+                      state.contact_mode.size() == 2 && state.sliding.size() == 2 && state.stick_force.size() == 2,
+                  "the step's mechanics belong to this model");
   Inputs<double> in;
   in.shaft = shaftFrom(state.shaft);
-  for (int end = 0; end < 2; ++end) mode[end] = state.contact_mode[end];
-  in.contact_mode = mode;
+  for (int end = 0; end < 2; ++end) {
+    modes.contact[end] = state.contact_mode[end];
+    modes.sliding[end] = state.sliding[end];
+  }
+  in.contact_mode = modes.contact;
+  in.sliding = modes.sliding;
+  in.stick_force = state.stick_force.data();
   return in;
 }
 
 ContactForces ContactPartner::answer(const RotorState& state) const {
-  int mode[2];
-  const Inputs<double> in = inputs(state, mode);
+  Modes modes;
+  const Inputs<double> in = inputs(state, modes);
   Observation<double> seen;
   machine_->observe(in, state.mechanics.data(), nullptr, seen);
   const auto& bearing = machine_->rig().auxiliary_bearing;
@@ -104,8 +109,8 @@ void ContactPartner::predict(const RotorState& state, int end, EndContact& out, 
   std::vector<double> ahead = state.mechanics;
   const int n = machine_->coordinates();
   for (int i = 0; i < n; ++i) ahead[i] += (inside ? 0.5 * h : h) * state.mechanics[n + i];
-  int mode[2];
-  const Inputs<double> in = inputs(state, mode);
+  Modes modes;
+  const Inputs<double> in = inputs(state, modes);
   Contact<double> there[2];
   machine_->contacts(in, ahead.data(), there);
   const Contact<double>& next = there[end];

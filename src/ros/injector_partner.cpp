@@ -21,7 +21,8 @@ bool same(const FaultEvent& a, const FaultEvent& b) {
 }  // namespace
 
 InjectorPartner::InjectorPartner(const Model& model, const Scenario& scenario)
-    : scenario_(scenario),
+    : model_(model),
+      scenario_(scenario),
       model_hash_(hashNumber(model)),
       sample_rate_hz_(model.amb_model == AmbModel::linear ? model.rig.controller.sample_rate_hz : 0.0) {
   plan({});
@@ -41,6 +42,13 @@ void InjectorPartner::accept(const FaultMessage& message, double now, std::vecto
   if (event.type == FaultType::speed_change && scenario_.speed.type == SpeedType::free)
     throw InputError(
         {{"", 0, "fault.type", "speed_change", "the scenario's speed is free: nothing drives it"}});
+  if (event.type == FaultType::unbalance_step && scenario_.speed.type == SpeedType::free) {
+    std::vector<FaultEvent> all = scenario_.faults;
+    all.insert(all.end(), faults.begin(), faults.end());
+    all.push_back(event);
+    // says whether the rotor's inertia is enough for it
+    Machine<double>({&model_}, Spin::free, {{}, Schedule(scenario_.excitations, all).unbalances()});
+  }
   faults.push_back(event);
 }
 

@@ -44,7 +44,6 @@ void PlantCore::buildMachine(const Injection& injection) {
   ExtraPlanes<double> extra;
   for (const auto& force : injection.forces) extra.force_z_m.push_back(force.plane_z);
   for (const auto& u : injection.unbalances) extra.unbalance.push_back({u.plane_z, u.moment, u.phase});
-  refuseSetValuedFriction(model_.friction_law, "the node graph");
   stepper_.reset();
   machine_ =
       std::make_unique<Machine<double>>(std::vector<const Model*>{&model_}, spinOf(model_, scenario_), extra);
@@ -52,8 +51,6 @@ void PlantCore::buildMachine(const Injection& injection) {
 }
 
 void PlantCore::start(const RunOptions& options) {
-  if (machine_->spin() == Spin::free && model_.rig.rotor.polar_inertia_kg_m2 <= 0.0)
-    throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
   const Schedule schedule(scenario_.excitations, scenario_.faults);
   const PiecewiseShaft path = shaftPath(scenario_);
   Drive<double> drive;
@@ -79,13 +76,27 @@ void PlantCore::start(const RunOptions& options) {
   message_.queue = queueMessage(state_.pending);
   message_.command = axisValues(state_.command);
   message_.next_sample = state_.next_sample;
-  describe(
-      machine_->spin() == Spin::prescribed ? drive.shaft(0.0) : machine_->shaftOf(state_.mechanics.data()),
-      offset, on);
+  const Shaft<double> shaft =
+      machine_->spin() == Spin::prescribed ? drive.shaft(0.0) : machine_->shaftOf(state_.mechanics.data());
+  // the forces of the first step are not answered yet: sticking without them
+  double stick_force[2];
+  StickSolver(*machine_).solve(present(shaft, on), state_.sliding, state_.mechanics.data(), stick_force);
+  describe(shaft, offset, on, stick_force);
 }
 
-void PlantCore::describe(const Shaft<double>& shaft, const double sensor_offset[4],
-                         const bool bearing_on[4]) {
+Inputs<double> PlantCore::present(const Shaft<double>& shaft, const bool bearing_on[4]) const {
+  const CurrentTrack<double> track(*machine_);
+  Inputs<double> in;
+  in.shaft = shaft;
+  for (int a = 0; a < 4; ++a)
+    (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) = bearing_on[a] ? 1.0 : 0.0;
+  in.contact_mode = state_.contact_mode;
+  track.forceCurrent(state_.current, state_.lag.data(), in.force_current);
+  return in;
+}
+
+void PlantCore::describe(const Shaft<double>& shaft, const double sensor_offset[4], const bool bearing_on[4],
+                         const double stick_force[2]) {
   RotorState& out = message_;
   out.time = state_.time;
   out.record = -1;
@@ -100,14 +111,12 @@ void PlantCore::describe(const Shaft<double>& shaft, const double sensor_offset[
   out.current = axisValues(state_.current);
   out.current_lag = state_.lag;
   out.contact_mode.assign(state_.contact_mode, state_.contact_mode + 2);
+  out.sliding.assign(state_.sliding, state_.sliding + 2);
+  out.stick_force.assign(stick_force, stick_force + 2);
 
-  const CurrentTrack<double> track(*machine_);
-  Inputs<double> in;
-  in.shaft = shaft;
-  for (int a = 0; a < 4; ++a)
-    (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) = bearing_on[a] ? 1.0 : 0.0;
-  in.contact_mode = state_.contact_mode;
-  track.forceCurrent(state_.current, state_.lag.data(), in.force_current);
+  Inputs<double> in = present(shaft, bearing_on);
+  in.sliding = state_.sliding;
+  in.stick_force = stick_force;
   Observation<double> seen;
   machine_->observe(in, state_.mechanics.data(), nullptr, seen);
   Vec2<double> signal[2];
@@ -186,7 +195,7 @@ bool PlantCore::advance(const ControlCommand& control, const ContactForces& cont
   message_.next_sample = control.next_sample;
   message_.faults = injection.faults;
   ++message_.step;
-  describe(after, offset, on);
+  describe(after, offset, on, stepper_->stickForce());
   return !diverged_;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "amb_rotor/machine/assembly.hpp"
+#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/ros/conversions.hpp"
 
 namespace amb_rotor {
@@ -30,10 +31,12 @@ class PlantStepper::System final : public HybridSystem {
   System(const Machine<double>& machine, const CurrentTrack<double>& track)
       : machine_(machine),
         track_(track),
+        sliding_(machine),
         moving_(machine.electricsOffset() > 2 * machine.coordinates()) {}
 
   int size() const override { return machine_.stateSize(); }
-  int guards() const override { return 2; }
+  /// Contact of each end; with set-valued friction the sliding of each end, too.
+  int guards() const override { return 2 + sliding_.guards(); }
 
   void begin(const StepInputs& step, MachineState<double>& state) {
     step_ = &step;
@@ -44,12 +47,15 @@ class PlantStepper::System final : public HybridSystem {
     if (moving_) observeBearings(step.from, state.mechanics.data(), start_);
     forces_.resize(step.injection->forces.size());
     factors_.resize(step.injection->unbalances.size());
+    LocalContact<double> now[2];
+    Inputs<double> in;
+    if (sliding_.guards() > 0) inputs(step.from, state.mechanics.data(), now, in);
+    sliding_.begin(in, state.mechanics.data(), state);
   }
 
-  void derivatives(double time, const double* y, double* rate) const override {
-    LocalContact<double> now[2];
+  /// Everything that acts at a time; `now` stays with `in`.
+  void inputs(double time, const double* y, LocalContact<double> now[2], Inputs<double>& in) const {
     lawsAt(time, y, now);
-    Inputs<double> in;
     in.shaft = shaftAt(time, y);
     for (int a = 0; a < 4; ++a)
       (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) =
@@ -59,7 +65,23 @@ class PlantStepper::System final : public HybridSystem {
     injectedAt(time, in);
     in.contact_mode = state_->contact_mode;
     in.contact = now;
+  }
+
+  void derivatives(double time, const double* y, double* rate) const override {
+    LocalContact<double> now[2];
+    Inputs<double> in;
+    inputs(time, y, now, in);
+    double force[2];
+    sliding_.complete(in, y, force);
     machine_.derivatives(in, y, rate);
+  }
+
+  void stickForce(double time, const double* y, double force[2]) const {
+    LocalContact<double> now[2];
+    Inputs<double> in;
+    force[0] = force[1] = 0.0;
+    if (sliding_.guards() > 0) inputs(time, y, now, in);
+    sliding_.complete(in, y, force);
   }
 
   void guardValues(double time, const double* y, double* guard) const override {
@@ -76,14 +98,23 @@ class PlantStepper::System final : public HybridSystem {
       const double inside = std::min(g.penetration, force / std::max(law.slope, 1.0));
       guard[end] = state_->contact_mode[end] != 0 ? inside : -inside;
     }
+    if (sliding_.guards() == 0) return;
+    Inputs<double> in;
+    inputs(time, y, now, in);
+    sliding_.guardValues(in, y, guard + 2);
   }
 
   void readCoils(MachineState<double>& state) const {
     machine_.electrics().currents(state.mechanics.data() + machine_.electricsOffset(), state.current);
   }
 
-  void onEvent(int end, double, double*) override {
-    state_->contact_mode[end] = 1 - state_->contact_mode[end];
+  void onEvent(int guard, double time, double* y) override {
+    LocalContact<double> now[2];
+    Inputs<double> in;
+    if (sliding_.guards() > 0) inputs(time, y, now, in);
+    if (guard >= 2) return sliding_.onGuard(guard - 2, in, y);
+    state_->contact_mode[guard] = 1 - state_->contact_mode[guard];
+    sliding_.onContact(guard, in, y);
   }
 
  private:
@@ -175,6 +206,7 @@ class PlantStepper::System final : public HybridSystem {
 
   const Machine<double>& machine_;
   const CurrentTrack<double>& track_;
+  SlidingModes sliding_;
   bool moving_;
   const StepInputs* step_ = nullptr;
   MachineState<double>* state_ = nullptr;
@@ -204,6 +236,7 @@ bool PlantStepper::advance(const StepInputs& inputs, MachineState<double>& state
   integrator_->restart();  // the commands' jump is a kink of the motion
   result_ = integrator_->advance(inputs.from, inputs.to, state.mechanics.data());
   if (result_.status != IntegrationStatus::ok) return false;
+  system_->stickForce(inputs.to, state.mechanics.data(), stick_force_);
   track_.move(track_.decay(inputs.to - inputs.from), inputs.target, state.current, state.lag.data());
   system_->readCoils(state);
   state.time = inputs.to;

@@ -53,6 +53,24 @@ def test_files_are_short_enough_to_read():
     assert not relative(found), f"over {LONGEST_FILE} lines"
 
 
+def missing_words(text: str) -> list[str]:
+    """Which of an effect's statements its header comment lacks."""
+    comment = " ".join(line for line in text.split("#include")[0].splitlines() if line.startswith("//"))
+    return [word for word in ("Valid:", "Source:", "Left out:") if word not in comment]
+
+
+def test_every_effect_says_where_it_holds_where_it_is_from_and_what_it_leaves_out():
+    texts = {path.stem: path.read_text() for path in files(("include/amb_rotor/effects",), (".hpp",))}
+    effects = {name: text for name, text in texts.items() if "  static EffectSchema schema() {" in text}
+    assert len(effects) >= 28
+    found = {name: missing_words(text) for name, text in effects.items()}
+    assert not {name: words for name, words in found.items() if words}
+
+
+def test_a_header_without_its_source_is_seen():
+    assert missing_words("#pragma once\n// Drag. Valid: slow. Left out: heat.\n#include <x>\n// Source: late") == ["Source:"]
+
+
 def test_every_header_has_a_guard():
     found = [path for path in files(("include", "src", "test", "bench"), (".hpp",))
              if not has_guard(path.read_text())]

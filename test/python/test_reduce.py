@@ -77,3 +77,14 @@ def test_bad_arguments_are_refused(tmp_path, words, capsys):
 def test_a_rigid_rotor_is_refused(tmp_path, capsys):
     assert reduced(tmp_path, "--order", "4", model=THESIS / "levitation_model.yaml")[0] == 2
     assert "rotor.model" in capsys.readouterr().err
+
+
+def test_a_reduction_that_the_model_states_is_not_applied_and_that_is_said(tmp_path, capsys):
+    plain, words = reduced(tmp_path, "--order", "8")[1], "rotor.reduction of the model (craig_bampton, 6 modes) is not applied"
+    assert words not in capsys.readouterr().out and plain["model_reduction"] is None
+    stated = f"geometry: {THESIS / 'rotor.yaml'}, reduction: {{method: craig_bampton, modes: 6}}"
+    own = tmp_path / "own.yaml"
+    own.write_text(MODEL.read_text().replace("geometry: rotor.yaml", stated))
+    status, result = reduced(tmp_path, "--order", "8", model=own)
+    assert status == 0 and words in capsys.readouterr().out and result["model_reduction"] == "craig_bampton, 6 modes"
+    assert result["states"] == plain["states"] and result["hankel_m_per_N"] == plain["hankel_m_per_N"]

@@ -47,6 +47,23 @@ TEST(ContactStick, BelowTheFrictionsLimitNothingMoves) {
   EXPECT_GT(crept.final_state.mechanics[0], 1e-5);
 }
 
+TEST(ContactStick, APushThatBeginsLaterIsHeldAndRecorded) {
+  // x'' = 0: friction is minus the push, half of it at each end, in the record of the instant, too
+  const double down = 400.0, push = 40.0;
+  Scenario scenario = from(constantSpeed(0.0, 0.05, 1000.0), {0.0, seat(down)}, {});
+  Excitation force;
+  force.waveform = Waveform::step;
+  force.amplitude = push;
+  force.start_s = 0.01;
+  scenario.excitations.push_back(force);
+  const auto run = simulate(setValued(pressed(down, 0.0, 0.2)), scenario);
+  ASSERT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
+  ASSERT_GT(run.trajectory.normal_force_N[0].back(), 0.0);
+  EXPECT_LT(std::fabs(run.final_state.mechanics[0]), 1e-10);
+  EXPECT_NEAR(run.trajectory.friction_force_N[0].front(), 0.0, 1e-4);
+  EXPECT_NEAR(run.trajectory.friction_force_N[0].back(), -0.5 * push, 1e-4);
+}
+
 TEST(ContactStick, AboveTheLimitItSlides) {
   const double down = 400.0, mu = 0.2;
   const auto run = simulate(setValued(pressed(down, 1.5 * mu * down, mu)),

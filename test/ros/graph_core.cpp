@@ -93,6 +93,78 @@ TEST(GraphCore, MountAndRingEqualMachine) {
           readScenario(thesis + "overload.yaml"), contact_step, 0.15, true);
 }
 
+TEST(GraphCore, SetValuedFrictionEqualsMachine) {
+  // a slow drop of a tilting rotor with rings: it slides, rolls and sticks
+  Model model = thesisModel({{"inner_ring_spin", {1e-4, 0.001}}});
+  model.friction_law = FrictionLaw::set_valued;
+  model.rig.auxiliary_bearing.friction_coefficient = 0.2;
+  Scenario scenario = testing_support::bearingsOff(testing_support::constantSpeed(10.0, 0.2, 5000.0), 0.01);
+  scenario.speed.type = SpeedType::free;
+  compare(model, scenario, contact_step, 0.05, true);
+  const GraphRun run = runGraph(model, scenario, contact_step), again = runGraph(model, scenario, contact_step, 501);
+  // the law is linear, so the answers are the machine's own equations: what is left are the integrators' steps
+  EXPECT_LT(largestDifference(run.recording, recordingOf(simulate(model, scenario)), run.recording.time.size(),
+                              model.rig.auxiliary_bearing.clearance_m), 1e-4);
+  long sticking = 0, sliding = 0;
+  for (std::size_t i = 0; i < run.states.size(); ++i) {
+    const RotorState& state = run.states[i];
+    EXPECT_EQ(state.mechanics, again.states[i].mechanics) << "respawned partners, step " << i;
+    for (int end = 0; end < 2; ++end) {
+      sticking += state.sliding[end] == 0;
+      sliding += std::abs(state.sliding[end]) == 1;
+    }
+  }
+  EXPECT_GT(sticking, 50);
+  EXPECT_GT(sliding, 50);
+}
+
+TEST(GraphCore, AStickingRotorHoldsAgainstAForce) {
+  // pressed into the bearings and pushed by less than they hold: x'' = 0, so friction is minus the push, half at each end
+  Model model = testing_support::springMass(0.0, 0.0);
+  model.friction_law = FrictionLaw::set_valued;
+  model.rig.auxiliary_bearing.friction_coefficient = 0.2;
+  model.rig.auxiliary_bearing.damping_N_s_per_m = 3000.0;
+  const double down = 400.0, push = 40.0;
+  model = testing_support::with(model, "static_load", {0.0, -down});
+  const double seat = -model.rig.auxiliary_bearing.clearance_m - 0.5 * down / model.rig.auxiliary_bearing.stiffness_N_per_m;
+  Scenario scenario = testing_support::from(testing_support::constantSpeed(0.0, 0.05, 1000.0), {0.0, seat}, {});
+  Excitation force;
+  force.waveform = Waveform::step;
+  force.amplitude = push;
+  force.start_s = 0.01;
+  scenario.excitations.push_back(force);
+  const GraphRun graph = runGraph(model, scenario, contact_step);
+  EXPECT_LT(std::fabs(graph.states.back().mechanics[0]), 1e-10);
+  EXPECT_NEAR(graph.states.back().stick_force[0], -0.5 * push, 1e-4);
+}
+
+TEST(GraphCore, AFreeSpinWithUnbalanceEqualsMachine) {
+  Model model = testing_support::withUnbalance(thesisModel({{"spin_drag", {0.05, 0.0}}}), 8e-5, 1.0, -0.05);
+  Scenario scenario = readScenario(thesis + "levitation.yaml");
+  scenario.speed.type = SpeedType::free;
+  scenario.faults.clear();
+  FaultEvent blade;
+  blade.type = FaultType::unbalance_step;
+  blade.amount = 3e-5;
+  blade.start_s = 0.05;
+  scenario.faults.push_back(blade);
+  scenario.duration_s = 0.3;
+  const GraphRun graph = runGraph(model, scenario, contact_step);
+  const Simulation machine = simulate(model, scenario);
+  expectEqual(graph.recording, recordingOf(machine), 3e-4, 0.01, 0.0, false);
+  const double speed = machine.final_state.mechanics.back();
+  EXPECT_NEAR(graph.states.back().mechanics.back(), speed, 1e-7 * speed);
+  EXPECT_GT(std::fabs(speed - radPerSecond(60.0) * std::exp(-0.05 * 0.3)), 3e-3) << "the unbalance acts on the spin";
+  // one that is too great for the rotor's inertia is refused when it comes, and the run goes on
+  InjectorPartner injector(model, scenario);
+  std::vector<std::string> refused;
+  blade.amount = 0.07;  // U^2/m = 1.46e-3 kg m2
+  const Injection answer = injector.answer(graph.states.front(), {faultMessage(blade)}, refused);
+  ASSERT_EQ(refused.size(), 1U);
+  EXPECT_NE(refused[0].find("polar_inertia_kg_m2"), std::string::npos) << refused[0];
+  EXPECT_TRUE(answer.faults.empty());
+}
+
 TEST(GraphCore, EveryEffectOfTheCatalogueEqualsMachine) {
   // through an impact with sliding
   Scenario scenario = testing_support::eventful();

@@ -1,7 +1,7 @@
 // The lane stepper (double and lanes of the baseline instruction set) against the event-accurate stepper.
 #include <gtest/gtest.h>
 
-#include "../support/models.hpp"
+#include "../support/probe.hpp"
 #include "amb_rotor/excitation/shaft_path.hpp"
 #include "amb_rotor/machine/event_stepper.hpp"
 #include "amb_rotor/machine/lane_stepper.hpp"
@@ -226,6 +226,37 @@ TEST(MachineLanes, HeldSpeedOfARunInIsKept) {
     ASSERT_TRUE(sim.run(state, 0.1, stepper, [](const Record<BaselineLanes>&) {}));
     // RK4 of a slow exponential: to rounding
     EXPECT_NEAR(laneValue(state.mechanics.back(), 0), hold ? 300.0 : 300.0 * std::exp(-0.05), 1e-9);
+  }
+}
+
+TEST(MachineLanes, AFreeSpinFeelsTheUnbalanceInEveryLane) {
+  std::vector<Model> models;
+  std::vector<const Model*> lanes;
+  for (std::size_t lane = 0; lane < ScalarTraits<BaselineLanes>::lanes; ++lane) {
+    Model model = withUnbalance(withUnbalance(springBeam(2e5, 150.0), 1e-3 * (lane + 1.0), 0.4, 0.03), 5e-4, 2.0, -0.05);
+    model.rig.rotor.polar_inertia_kg_m2 = 1e-3 * (1.0 + 0.5 * lane);
+    model.rig.gravity_m_s2 = 9.81;
+    model = with(model, "internal_damping", {30.0, 0.02});
+    models.push_back(with(model, "shaft_flexibility", typicalValues("shaft_flexibility")));
+  }
+  for (const Model& model : models) lanes.push_back(&model);
+  const Machine<BaselineLanes> together(lanes, Spin::free);
+  const int n = together.stateSize();
+  std::vector<double> state(n);
+  for (int i = 0; i < n; ++i) state[i] = (i < together.coordinates() ? 1e-5 : 1e-2) * std::sin(1.0 + 7.0 * i);
+  state[n - 1] = 80.0;
+  std::vector<BaselineLanes> packed(state.begin(), state.end()), rates(n, BaselineLanes(0.0));
+  together.derivatives(Inputs<BaselineLanes>(), packed.data(), rates.data());
+  for (std::size_t lane = 0; lane < models.size(); ++lane) {
+    Probe one(models[lane], Spin::free);
+    one.y = state;
+    one.look();
+    for (int i = 0; i < n; ++i)
+      EXPECT_NEAR(laneValue(rates[i], lane), one.rate[i], 1e-12 * (1.0 + std::fabs(one.rate[i]))) << i;
+    EXPECT_GT(std::fabs(one.rate[n - 1]), 1.0) << "the unbalance acts on the spin";
+    EXPECT_EQ(one.seen.shaft.acceleration, one.rate[n - 1]);
+    one.machine.observe(one.in, one.y.data(), nullptr, one.seen);
+    EXPECT_EQ(one.seen.shaft.acceleration, one.rate[n - 1]) << "also where only looked at";
   }
 }
 

@@ -157,5 +157,11 @@ TEST(LiveComparisonTest, ABlockHoldsWholeSamplesOfTheController) {
   EXPECT_THROW(LiveComparison(model, o), InputError);
 }
 
+TEST(LiveComparisonTest, SetValuedFrictionIsRefusedBeforeTheFirstSample) {
+  Model model = truth;
+  model.friction_law = FrictionLaw::set_valued;
+  EXPECT_THROW(LiveComparison(model, options()), InputError);
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -1,5 +1,8 @@
 #pragma once
 // Amplifier lag: the current follows its command with another bandwidth [Hz] than believed, first order.
+// Valid: commands within the limits of current and voltage; beyond the latter see `coil` (magnetic_bearing/coil.hpp).
+// Source: the current-controlled amplifier as one pole, Schweitzer and Maslen (eds.), Magnetic Bearings, Springer 2009.
+// Left out: resonances and delay of the amplifier itself, another bandwidth for each axis.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -1,6 +1,9 @@
 #pragma once
 // Auxiliary bearing misalignment: the centre of the auxiliary bearing of an end lies at (offset_x, offset_y) [m]
 // from the stator's axis (the thesis's x_s, y_s). Seen only in contact.
+// Valid: offsets below the clearance; beyond it the rotor touches in the stator's middle.
+// Source: thesis figure 5.2.
+// Left out: a bearing that leans (auxiliary_bearing_tilt), offsets that drift with the temperature.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

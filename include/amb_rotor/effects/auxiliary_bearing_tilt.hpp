@@ -7,6 +7,8 @@
 // continuous where the edge changes (s . r_c = 0), the direction of the force turns by |s| w/C there.
 // Seen only in contact. Left out: the rotor's own tilt against the bearing, both edges at once, the spread of the
 // contact along the edge, the drag of a misaligned ball bearing.
+// Valid: slopes whose square counts for nothing, a width far below the distance of the two bearings.
+// Source: geometry of the two edges of a ring, as above.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -3,6 +3,8 @@
 // damping d [N s/m] against the stator (thesis 5.30 to 5.37 with k2, d2 as in figure 5.5):
 //   m b'' = -k (b - c) - d (b' - c') + (force of the rotor on it),  c its rest position on the stator.
 // State: b, b' at each end, absolute. Left out: play in the ring, tilting, hysteresis.
+// Valid: deflections in which ring or O-ring is linear: below those that flatten the ring's waves.
+// Source: thesis 5.30 to 5.37 with the corrections of doc/physics.md section 7.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

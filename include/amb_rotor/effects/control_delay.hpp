@@ -1,6 +1,9 @@
 #pragma once
 // Control delay: the whole time from a sample to its command at the amplifier [s], in place of the believed one.
 // Signature: loss of phase margin, damping of the higher mode falls.
+// Valid: a delay that is the same from sample to sample.
+// Source: phase -w t_d of a dead time; Schweitzer and Maslen (eds.), Magnetic Bearings, Springer 2009.
+// Left out: jitter, another delay for each axis.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -1,6 +1,9 @@
 #pragma once
 // A further unbalance U [kg m] at phase p [rad] in a plane z [m]: with the rig's own it makes static plus couple
 // unbalance (ISO 21940). Force: excitation/unbalance.hpp. Signature: 1X growing with speed squared, tilting.
+// Valid: an eccentricity far below the rotor's radius; with a free spin m e^2 below Ip.
+// Source: ISO 21940-2; thesis 3.33.
+// Left out: unbalance that changes with speed or temperature.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -4,6 +4,8 @@
 // q [N/m] at the reference speed W_ref [Hz] (a fixed reference, not fitted), n how it grows. It drives forward whirl:
 // a mode becomes unstable where q reaches c w. Not seen in steady synchronous motion alone. At standstill it is 0.
 // Left out: its direct stiffness and damping.
+// Valid: whirl small against the seal's gap, where the force is linear in it.
+// Source: Alford, J. Eng. Power 87 (1965) 333; Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines, Cambridge 2010.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -1,6 +1,9 @@
 #pragma once
 // Current saturation: the amplifier's true limit of a coil's current [A] lies below the believed one
 // (magnetic_bearing/amplifier.hpp). Seen only where the command reaches it.
+// Valid: a hard limit, the same for all coils.
+// Source: thesis table 4.1 (5 A).
+// Left out: the voltage's limit (magnetic_bearing/coil.hpp), a limit that falls as the amplifier gets hot.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -54,7 +54,8 @@ class RotorPort {
 };
 
 /// Lets an effect read the rotor at planes and push it there. Displacements are relative to the stator. What pushes
-/// stands on the stator (a seal's housing, a motor's winding) and pushes that back; a load comes from elsewhere.
+/// stands on the stator (a seal's housing, a motor's winding) and pushes that back; a load comes from elsewhere. A torque
+/// about the shaft's axis counts where the spin is free; else the drive gives it.
 template <class S>
 class RotorForces {
  public:
@@ -63,6 +64,7 @@ class RotorForces {
   virtual Vec2<S> velocity(int plane) const = 0;
   virtual void push(int plane, const Vec2<S>& force) = 0;
   virtual void load(int plane, const Vec2<S>& force) = 0;
+  virtual void twist(const S& torque) = 0;
 };
 
 /// One magnetic bearing at an instant.

@@ -8,6 +8,7 @@
 // what tilts the rotor. `time_frequency_hz` is the frequency of the four terms in time that repeat; it is
 // given, not fitted. Left out: memory, forces elsewhere than at the bearings, products beyond those listed,
 // harmonics above the third.
+// Valid: where it was fitted, as far as the runs went. Source: a fit, no mechanism.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -4,6 +4,8 @@
 // rotor:  m f'' + 2 zeta m w f' + m w^2 f = -(sum of these forces on the rotor).
 // Signature: a resonance and an antiresonance near w. State: f, f' (x, y each).
 // Left out: tilting of the foundation.
+// Valid: below the foundation's second mode; the same in x and y.
+// Source: Kirk and Gunter, J. Eng. Ind. 94 (1972) 221.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

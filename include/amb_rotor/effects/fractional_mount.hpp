@@ -11,6 +11,8 @@
 // a test; the trapezium rule's is 2 exp(-pi^2/h) of s^a, the rest comes from the ends).
 // State: b, b' of each end (absolute), then the branches' z of each end in x and y, relative to the rest position.
 // Left out: stiffening with amplitude (Payne), temperature, static set.
+// Valid: the band above, strains in which the elastomer is linear.
+// Source: Bagley and Torvik, J. Rheol. 27 (1983) 201.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -4,6 +4,9 @@
 // W_f,b = +- Ip W/(2 It) + sqrt(w^2 + (Ip W/(2 It))^2). Ip <= 2 It by the triangle inequality.
 // For a rigid_beam only: a rigid_mass does not tilt, and a flexible rotor has its gyroscopic matrix from its
 // geometry. The rules of a model refuse it elsewhere (model/model_rules.hpp).
+// Valid: tilts whose square counts for nothing.
+// Source: Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines, Cambridge 2010; derived in doc/physics.md section 1.
+// Left out: the term with W', of the order of the tilt.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

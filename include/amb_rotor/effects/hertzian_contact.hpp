@@ -1,6 +1,9 @@
 #pragma once
 // Hertzian contact: N = K d^1.5 (1 + l d') in place of the linear law (auxiliary_bearing/contact_law.hpp),
 // K [N/m^1.5], l [s/m] = 1.5 alpha_d of thesis 3.37.
+// Valid: smooth elastic surfaces that do not conform, impacts slower than waves cross the bodies, l d' above -1.
+// Source: thesis 3.37; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440.
+// Left out: plastic dents, wear, the smaller exponent of a rotor that nearly fills its bearing.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

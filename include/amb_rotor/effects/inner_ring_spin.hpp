@@ -3,6 +3,8 @@
 //   J w' = arm * (friction force on the ring) - T tanh(w / 1 rad/s),  arm = rotor radius + clearance + penetration
 //   slip v = rotor surface speed + whirl - arm w
 // J [kg m2], T [N m] drag torque. State: w [rad/s] of each end. Left out: balls and cage, speed-dependent drag.
+// Valid: drag that does not depend on load and speed.
+// Source: Cole, Keogh and Burrows, J. Tribol. 124 (2002) 406, of which this keeps the ring.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -1,6 +1,11 @@
 #pragma once
 // Internal damping turns with the rotor: F = -d (x' + W y, y' - W x) at axial position z, d [N s/m].
-// Stable below, driving forward whirl above the threshold speed W = w (1 + d_ext/d).
+// Stable below, driving forward whirl above the threshold speed W = w (1 + d_ext/d). What drives it comes from the spin, which
+// feels the torque M = -(x F_y - y F_x), so that F.v + M W = -d abs(v - W z_hat x r)^2 is never positive.
+// Valid: viscous damping at one plane, small against critical.
+// Source: Kimball, General Electric Review 27 (1924) 244; Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines,
+// Cambridge 2010.
+// Left out: hysteretic damping, which does not grow with frequency; damping of the shaft's own modes (rotor.geometry).
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {
@@ -21,7 +26,9 @@ struct InternalDamping {
     void rotor(const Rig<S>&, RotorPort<S>& port) override { plane_ = port.addPlane(z_); }
     void rotorForce(const Shaft<S>& shaft, RotorForces<S>& rotor) const override {
       const Vec2<S> w = rotor.position(plane_), v = rotor.velocity(plane_);
-      rotor.push(plane_, {-damping_ * (v.x + shaft.speed * w.y), -damping_ * (v.y - shaft.speed * w.x)});
+      const Vec2<S> force = {-damping_ * (v.x + shaft.speed * w.y), -damping_ * (v.y - shaft.speed * w.x)};
+      rotor.push(plane_, force);
+      rotor.twist(w.y * force.x - w.x * force.y);
     }
 
    private:

@@ -3,6 +3,9 @@
 //   F = Ki i0/4 (((1 + i/i0)/(1 - x/s0))^2 - ((1 - i/i0)/(1 + x/s0))^2)
 // with no Ks x beside it: its own slope Ki i0/s0 takes the place of Ks. i0 [A] bias, s0 [m] air gap.
 // Signature: stiffness that falls with amplitude, odd harmonics, amplitude-dependent modes.
+// Valid: abs(x) below the gap, currents of both coils from 0 on, iron below its knee.
+// Source: thesis 3.16, 3.18.
+// Left out: coupling of the axes through the yoke, stray flux.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

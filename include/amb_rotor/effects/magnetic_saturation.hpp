@@ -2,6 +2,8 @@
 // Magnetic saturation: the iron's flux stays behind the current. With b the flux of a coil relative to its bias flux,
 //   b -> b/(1 + (b/bk)^4)^(1/4),  bk = knee flux density / bias flux density,  F = Ki i0/4 (b+^2 - b-^2).
 // Needs the rig's bias flux density. Left out: hysteresis, different knees of yoke and pole.
+// Valid: small signals and the limit of large ones; between them the knee's shape is a choice.
+// Source: none is printed: the smooth passage from slope 1 to 0 is ours; flux as in thesis 3.16.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -1,6 +1,8 @@
 #pragma once
 // Unbalanced magnetic pull of the motor: a negative stiffness away from the bearings, F = +k (x, y) at axial
 // position z [m], k [N/m] positive pulls outwards. Left out: its dependence on the motor's current and slip.
+// Valid: displacements small against the motor's gap, where the pull is linear.
+// Source: Fruechtenicht, Jordan and Seinsch, Archiv fuer Elektrotechnik 65 (1982) 271.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -3,6 +3,7 @@
 //   s_x = x cos a + y sin a,  s_y = y cos a - x sin a
 // The controller then acts cross-coupled: a rotation a of both pairs destabilises like k sin a.
 // Left out: non-orthogonality of the pair.
+// Valid: every angle. Source: rotation of the axes, by definition.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

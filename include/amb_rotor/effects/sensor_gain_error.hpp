@@ -1,6 +1,7 @@
 #pragma once
 // Sensor gain error: the sensitivity of each sensor is off by a factor, s = factor * (signal so far).
 // Factor 1 is a true sensor. The loop gain changes with it. Left out: nonlinearity of the sensor.
+// Valid: a factor that depends on neither place nor frequency. Source: by definition.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

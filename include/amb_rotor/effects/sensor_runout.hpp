@@ -6,6 +6,8 @@
 // the controller makes of it, and does not grow with speed. Signature: 1X and 2X at slow roll.
 // The second harmonic has opposite sign in y: two sensors at right angles see an oval track so.
 // Left out: harmonics above the second, noise of the track (electrical runout).
+// Valid: amplitudes small against the track's radius, so that motion and runout add up.
+// Source: Setiawan, Mukherjee and Maslen, J. Dyn. Syst. Meas. Control 124 (2002) 14.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -2,7 +2,9 @@
 // Shaft bow: the rotor is bent at rest. At each bearing the bent shaft is pushed by the net stiffness k:
 //   F = k bow (cos, sin)(t + p),  k = Ki kp - Ks
 // bow [m] at end A and B, common phase p [rad] in the rotor; not seen by the sensors. Signature: 1X that
-// does not grow with speed squared. Left out: bow that changes with temperature.
+// does not grow with speed squared. Left out: bow that changes with temperature, torque on a free spin.
+// Valid: a loop whose stiffness at the speed is that at rest; a bow small against gap and clearance.
+// Source: Nicholas, Gunter and Allaire, J. Eng. Power 98 (1976) 171.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

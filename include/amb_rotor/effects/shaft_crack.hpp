@@ -2,7 +2,9 @@
 // Shaft crack (breathing): the stiffness is lower once a turn in one direction of the rotor; with relative depth h,
 //   F = h k (1 + cos u)/2 n (n.p),  n = (cos u, sin u),  u = t + phase,  k = Ki kp - Ks
 // at each magnetic bearing, p the displacement there. Signature: 2X at half the critical speed under a static load.
-// Left out: crack breathing by the orbit, local flexibility at the crack's own plane.
+// Left out: crack breathing by the orbit, local flexibility at the crack's own plane, torque on a free spin.
+// Valid: weight dominates: the motion is small against the sag, so that the crack opens and closes with the turn.
+// Source: Gasch, J. Sound Vib. 160 (1993) 313; (1 + cos u)/2 of Mayes and Davies, J. Vib. Acoust. 106 (1984) 139.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

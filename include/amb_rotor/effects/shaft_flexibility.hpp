@@ -3,6 +3,8 @@
 //   m (q'' + 2 zeta w q' + w^2 q) = sum of shape(plane) times force, displacement += shape(plane) q, in x and y.
 // Shapes are given at the amb, sensor and aux planes of each end and at the unbalance's plane; between them, for forces of other
 // effects, they are interpolated along z. Left out: gyroscopic moment of the mode, higher modes.
+// Valid: below the second bending mode.
+// Source: modal expansion, Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines, Cambridge 2010.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -3,6 +3,8 @@
 //   W' = -decay W - torque/Ip   (the torque only where the polar inertia is above 0)
 // decay [1/s] of the air, torque [N m] of dry friction, which stops at rest. Left out: W^2 terms (thesis 4.3 is
 // the speed law `decay` of a scenario).
+// Valid: speeds about which the air's drag is linear.
+// Source: by definition; measured as the slope of a run-down.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

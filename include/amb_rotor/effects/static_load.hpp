@@ -1,6 +1,8 @@
 #pragma once
 // A constant force (F_x, F_y) [N] at the centre of gravity from outside of machine and stator: gravity that nobody
 // stated, a belt. It leaves no reaction on a stator that moves (foundation_resonance).
+// Valid: a force that depends on nothing. Source: by definition.
+// Left out: its moment about the centre of gravity (forces at a plane are excitations of a scenario).
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

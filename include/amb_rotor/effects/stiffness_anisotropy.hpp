@@ -2,6 +2,8 @@
 // Stiffness anisotropy: bearing stiffness differs between x and y by the relative difference e,
 //   F_x = -e/2 k x,  F_y = +e/2 k y  at each magnetic bearing, k = Ki kp - Ks.
 // Signature: split of the modes, elliptical orbit, backward whirl between the two critical speeds.
+// Valid: principal axes along x and y. Source: Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines, Cambridge 2010.
+// Left out: principal axes between them, anisotropic damping.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -1,6 +1,9 @@
 #pragma once
 // Velocity-dependent (Stribeck) friction: mu(v) = mu_d + (mu_s - mu_d) exp(-|v|/v_s) in place of the constant one,
 // v the sliding speed [m/s].
+// Valid: steady sliding; below 0.01 m/s the regularisation of auxiliary_bearing/contact_law.hpp is what counts.
+// Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
+// Left out: memory of the friction, static friction that grows with the time at rest, a viscous part.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

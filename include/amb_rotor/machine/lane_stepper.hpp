@@ -20,7 +20,7 @@ class LaneStepper {
   /// @param contact_step_s  the same where an end of a lane is in contact or about to be
   LaneStepper(const Machine<S>& machine, double largest_step_s, double contact_step_s)
       : largest_(largest_step_s), contact_(contact_step_s) {
-    refuseSetValuedFriction(machine.frictionLaw(), "lanes of fixed steps");
+    refuseSetValuedFriction(machine.frictionLaw(), "lanes");
     const int n = machine.stateSize();
     for (auto* buffer : {&k1_, &k2_, &k3_, &k4_, &work_}) buffer->assign(n, S(0.0));
   }

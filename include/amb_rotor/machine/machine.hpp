@@ -25,7 +25,7 @@ namespace amb_rotor {
 enum class Spin {
   prescribed,  ///< angle and speed come from outside
   drag,        ///< a state; the drive keeps the speed but for spin_drag
-  free         ///< a state; spin_drag and the friction torque of the contacts change it; needs Ip > 0
+  free         ///< a state; spin_drag, friction in contacts and rotor, and the unbalance change it; Ip > m e^2
 };
 
 /// A plane or an unbalance beyond those of the rig, for excitation and faults.
@@ -73,6 +73,7 @@ class Machine {
  public:
   /// @param models  one for each lane (fewer: the last is repeated); all of the same structure: rotor model,
   ///                bearing model, the same effects in any order, as many unbalances.
+  /// @throw InputError: a free spin with too little polar inertia for its unbalance
   explicit Machine(const std::vector<const Model*>& models, Spin spin = Spin::prescribed,
                    const ExtraPlanes<double>& extra = {});
 
@@ -145,6 +146,17 @@ class Machine {
   class Forces;
 
   void evaluate(const Inputs<S>& in, const S* state, S* rate, Observation<S>* seen) const;
+  std::size_t actingUnbalances(const Inputs<S>& in) const {
+    return in.extra_unbalance != nullptr ? unbalance_.size() : own_unbalances_;
+  }
+  S unbalanceMoment(std::size_t i, const Inputs<S>& in) const {
+    const S& moment = unbalance_[i].moment_kg_m;
+    return i < own_unbalances_ ? moment : moment * in.extra_unbalance[i - own_unbalances_];
+  }
+  /// What a torque on the shaft and the unbalance's reaction add to a free spin's W', in the accelerations of the
+  /// coordinates, too.
+  S spinReaction(const Inputs<S>& in, const Shaft<S>& shaft, S torque, S* acceleration) const;
+  void requireFreeSpin() const;
   ContactGeometry<S> geometryAt(int end, const S* state) const;
   /// Arm of the friction about the ring's centre [m]: the rotor's radius and the distance of the centres, so that the
   /// torques on rotor and ring and the moment of the force between the centres add up to nothing.

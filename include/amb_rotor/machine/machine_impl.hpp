@@ -2,12 +2,14 @@
 // Template bodies of machine.hpp; included by the one source file of each Scalar.
 #include <algorithm>
 
+#include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/fields.hpp"
 #include "amb_rotor/effects/all.hpp"
 #include "amb_rotor/excitation/unbalance.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "amb_rotor/machine/state.hpp"
+#include "amb_rotor/model/yaml_document.hpp"
 
 namespace amb_rotor {
 
@@ -15,14 +17,15 @@ template <class S>
 class Machine<S>::Forces final : public RotorForces<S> {
  public:
   Forces(const ModalRotor<S>& rotor, const S* q, const S* v, const Vec2<S>& stator, const Vec2<S>& stator_velocity,
-         S* generalised, Vec2<S>& reaction)
+         S* generalised, Vec2<S>& reaction, S& torque)
       : rotor_(rotor),
         q_(q),
         v_(v),
         stator_(stator),
         stator_velocity_(stator_velocity),
         generalised_(generalised),
-        reaction_(reaction) {}
+        reaction_(reaction),
+        torque_(torque) {}
   Vec2<S> position(int plane) const override { return rotor_.at(plane, q_) - stator_; }
   Vec2<S> velocity(int plane) const override { return rotor_.at(plane, v_) - stator_velocity_; }
   void push(int plane, const Vec2<S>& force) override {
@@ -30,6 +33,7 @@ class Machine<S>::Forces final : public RotorForces<S> {
     reaction_ -= force;
   }
   void load(int plane, const Vec2<S>& force) override { rotor_.push(plane, force, generalised_); }
+  void twist(const S& torque) override { torque_ += torque; }
 
  private:
   const ModalRotor<S>& rotor_;
@@ -38,6 +42,7 @@ class Machine<S>::Forces final : public RotorForces<S> {
   Vec2<S> stator_, stator_velocity_;
   S* generalised_;
   Vec2<S>& reaction_;
+  S& torque_;
 };
 
 /// The physics of an effect that a file defines, its values from each lane; null: the program has it itself.
@@ -92,6 +97,7 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
   for (double z : extra.force_z_m) extra_force_plane_.push_back(assembly.addPlane(S(z)));
   cg_plane_ = assembly.addCentrePlane();
   rotor_ = assembly.finish();
+  if (spin_ == Spin::free) requireFreeSpin();
 
   int offset = 4 * rotor_.modes();
   for (auto& part : parts_) {
@@ -320,30 +326,33 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
       seen->ring_speed[end] = angular[end];
     }
   }
-  if (spin_ == Spin::free && !in.hold_speed) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
+  const bool free_spin = spin_ == Spin::free && !in.hold_speed;
+  if (free_spin) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
 
-  for (std::size_t i = 0; i < unbalance_.size(); ++i) {
-    S moment = unbalance_[i].moment_kg_m;
-    if (i >= own_unbalances_) {
-      if (in.extra_unbalance == nullptr) break;
-      moment = moment * in.extra_unbalance[i - own_unbalances_];
-    }
+  for (std::size_t i = 0; i < actingUnbalances(in); ++i) {
     const Vec2<S> direction = unbalance_phase_[i].turn(shaft);
-    rotor_.push(unbalance_plane_[i], unbalanceForce(moment, direction, shaft), generalised);
+    rotor_.push(unbalance_plane_[i], unbalanceForce(unbalanceMoment(i, in), direction, shaft), generalised);
   }
   if (in.extra_force != nullptr)
     for (std::size_t i = 0; i < extra_force_plane_.size(); ++i)
       rotor_.push(extra_force_plane_[i], in.extra_force[i], generalised);
   rotor_.push(cg_plane_, {S(0.0), -rig_.rotor.mass_kg * rig_.gravity_m_s2}, generalised);
+  S twist(0.0);
   if (!pushing_.empty()) {
-    Forces port(rotor_, q, v, stator, stator_velocity, generalised, reaction);
+    Forces port(rotor_, q, v, stator, stator_velocity, generalised, reaction, twist);
     for (const auto* effect : pushing_) effect->rotorForce(shaft, port);
   }
 
   if (electrics_.size() > 0) electricRates(in, shaft, state, rate, seen);
+  const bool reacts = free_spin && (actingUnbalances(in) > 0 || !pushing_.empty());
+  if (rate != nullptr || reacts) {
+    S seen_only[2 * max_modes];
+    S* acceleration = rate != nullptr ? rate + 2 * n : seen_only;
+    rotor_.accelerations(q, v, shaft.speed, generalised, acceleration);
+    if (reacts) shaft.acceleration += spinReaction(in, shaft, twist, acceleration);
+  }
   if (rate != nullptr) {
     for (int k = 0; k < 2 * n; ++k) rate[k] = v[k];
-    rotor_.accelerations(q, v, shaft.speed, generalised, rate + 2 * n);
     if (stator_ != nullptr)
       stator_->physics->statorRates(reaction, state + stator_->offset, rate + stator_->offset);
     if (spin_ != Spin::prescribed) {
@@ -355,6 +364,50 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     seen->shaft = shaft;
     seen->centre = rotor_.at(cg_plane_, q);
     for (int end = 0; end < 2; ++end) seen->sensor_position[end] = rotor_.at(plane_sensor + end, q) - stator;
+  }
+}
+
+// With t the forces on the coordinates for W' = 1 and a the accelerations for the W' so far:
+//   M q'' = M a + t dW',  Ip dW' = torque + t.q'' - g sum U c  ->  (Ip - t M^-1 t) dW' = torque + t.a - g sum U c
+template <class S>
+S Machine<S>::spinReaction(const Inputs<S>& in, const Shaft<S>& shaft, S torque, S* acceleration) const {
+  const int n = rotor_.modes();
+  S tangential[2 * max_modes], inertia = rig_.rotor.polar_inertia_kg_m2;
+  for (int k = 0; k < 2 * n; ++k) tangential[k] = S(0.0);
+  for (std::size_t i = 0; i < actingUnbalances(in); ++i) {
+    const S moment = unbalanceMoment(i, in);
+    const Vec2<S> direction = unbalance_phase_[i].turn(shaft);
+    rotor_.push(unbalance_plane_[i], {moment * direction.y, -moment * direction.x}, tangential);
+    torque -= rig_.gravity_m_s2 * moment * direction.x;
+  }
+  S moved[2 * max_modes];
+  for (int k = 0; k < 2 * n; ++k) {
+    moved[k] = tangential[k] / rotor_.mass(k % n);
+    torque += tangential[k] * acceleration[k];
+    inertia -= tangential[k] * moved[k];
+  }
+  const S change = torque / inertia;
+  for (int k = 0; k < 2 * n; ++k) acceleration[k] += moved[k] * change;
+  return change;
+}
+
+/// Ip about the shaft's axis is more than what the unbalances are of it, with all of them in one direction.
+template <class S>
+void Machine<S>::requireFreeSpin() const {
+  for (std::size_t lane = 0; lane < ScalarTraits<S>::lanes; ++lane) {
+    const double inertia = laneValue(rig_.rotor.polar_inertia_kg_m2, lane);
+    if (!(inertia > 0.0)) throw InputError({{"", 0, "speed.type", "free", "needs rotor.polar_inertia_kg_m2 > 0"}});
+    double beside = 0.0;
+    for (int k = 0; k < rotor_.modes(); ++k) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < unbalance_.size(); ++i)
+        sum += std::fabs(laneValue(unbalance_[i].moment_kg_m, lane) * laneValue(rotor_.shape(unbalance_plane_[i], k), lane));
+      beside += sum * sum / laneValue(rotor_.mass(k), lane);
+    }
+    if (!(inertia > beside))
+      throw InputError({{"", 0, "rotor.polar_inertia_kg_m2", numberText(inertia),
+                         "must be above " + numberText(beside) +
+                             " where speed.type is free: what the unbalance alone has about the shaft's axis"}});
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Set-valued Coulomb friction: stick without creep, in event-accurate runs.
+// Set-valued Coulomb friction: stick without creep, in runs that locate events (in process, and the graph's plant).
 //
 //   slides:  F = -sign(v) mu N            v the sliding speed of the surfaces [m/s], F the friction on the rotor along
 //   sticks:  v = 0, F in [-mu N, mu N]    t = (-n_y, n_x) [N]
@@ -15,9 +15,12 @@
 // the eps and what the integrator lets drift. Where both ends of a rigid rotor stick and only the sum of their forces
 // matters, B is singular: a share of 1e-9 of its trace on its diagonal takes the solution of least norm.
 //
-// Lanes of fixed steps (sweeps of a model, predictions, diagnosis) and the node graph refuse it by name.
+// Lanes of fixed steps (predictions: compare, diagnose, the validator) refuse it by name and say what else there is.
 // Left out: rolling resistance, a stick that grows with the time at rest, presliding compliance of the surfaces.
+#include <string>
+
 #include "amb_rotor/machine/machine.hpp"
+#include "amb_rotor/machine/state.hpp"
 
 namespace amb_rotor {
 
@@ -27,7 +30,7 @@ constexpr double stick_settling_s = 1e-4;
 constexpr double stick_threshold_m_s = 1e-7;
 
 /// @throw InputError: the law is set_valued
-void refuseSetValuedFriction(FrictionLaw law, const char* where);
+void refuseSetValuedFriction(FrictionLaw law, const std::string& where);
 
 class StickSolver {
  public:
@@ -41,6 +44,35 @@ class StickSolver {
  private:
   const Machine<double>& machine_;
   std::vector<double> rate_;
+};
+
+/// The sliding of both ends as modes of a system whose events are located (integration/event_integrator.hpp): two guards
+/// behind those of the contacts. With regularised friction it has none and changes nothing.
+class SlidingModes {
+ public:
+  explicit SlidingModes(const Machine<double>& machine)
+      : machine_(machine), solver_(machine), on_(machine.frictionLaw() == FrictionLaw::set_valued) {}
+
+  int guards() const { return on_ ? 2 : 0; }
+  /// At the start of an interval: the modes are kept in `state` until the next call. `in` as for the machine's derivatives.
+  void begin(const Inputs<double>& in, const double* y, MachineState<double>& state);
+  /// Completes inputs by the modes and the forces that keep ends sticking, which stand in `force` as long as they are used.
+  void complete(Inputs<double>& in, const double* y, double force[2]) const;
+  void guardValues(Inputs<double> in, const double* y, double guard[2]) const;
+  /// After the contact of an end has begun or ended, its mode changed already.
+  void onContact(int end, Inputs<double> in, const double* y);
+  /// After an end's guard has crossed zero.
+  void onGuard(int end, Inputs<double> in, const double* y);
+
+ private:
+  bool sticking(int end) const { return state_->contact_mode[end] != 0 && state_->sliding[end] == 0; }
+  void startSliding(int end, const Inputs<double>& in, const double* y);
+  bool bothHold(int other, const Inputs<double>& in, const double* y);
+
+  const Machine<double>& machine_;
+  mutable StickSolver solver_;
+  bool on_;
+  MachineState<double>* state_ = nullptr;
 };
 
 }  // namespace amb_rotor

@@ -41,7 +41,7 @@ struct RotorReduction {
 /// Friction where the surfaces stop sliding.
 enum class FrictionLaw {
   regularised,  ///< mu N tanh(v/v0): creeps instead of sticking; everywhere
-  set_valued    ///< Coulomb with stick, by located events; event-accurate runs in process only
+  set_valued    ///< Coulomb with stick, by located events; runs in process and the node graph
 };
 
 struct Model {

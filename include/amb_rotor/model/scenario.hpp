@@ -10,7 +10,7 @@ enum class SpeedType {
   constant,  ///< the drive keeps it (spin_drag may lower it)
   ramp,      ///< linear in time from start to end speed, then constant
   decay,     ///< Omega = Omega_0 / (1 + a t) from start_s on (thesis 4.3)
-  free       ///< no drive: contact friction and spin_drag change it; needs a polar inertia
+  free       ///< no drive: friction, spin_drag and the unbalance change it; needs a polar inertia
 };
 
 struct SpeedLaw {

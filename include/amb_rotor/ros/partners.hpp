@@ -36,7 +36,11 @@ class ContactPartner {
   ContactForces answer(const RotorState& state) const;
 
  private:
-  Inputs<double> inputs(const RotorState& state, int mode[2]) const;
+  struct Modes {
+    int contact[2], sliding[2];
+  };
+  /// `modes` and the state stay with the inputs.
+  Inputs<double> inputs(const RotorState& state, Modes& modes) const;
   void predict(const RotorState& state, int end, EndContact& contact, double& valid_until) const;
 
   std::unique_ptr<Machine<double>> machine_;
@@ -67,6 +71,7 @@ class InjectorPartner {
   double nextKink(double time, double limit) const;
   void fill(double from, double to, Injection& answer) const;
 
+  Model model_;
   Scenario scenario_;
   std::uint64_t model_hash_;
   double sample_rate_hz_;  ///< of the controller: excitation currents are held from sample to sample; 0: none

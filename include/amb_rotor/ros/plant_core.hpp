@@ -36,7 +36,10 @@ class PlantCore {
  private:
   void start(const RunOptions& options);
   void buildMachine(const Injection& injection);
-  void describe(const Shaft<double>& shaft, const double sensor_offset[4], const bool bearing_on[4]);
+  void describe(const Shaft<double>& shaft, const double sensor_offset[4], const bool bearing_on[4],
+                const double stick_force[2]);
+  /// What acts at the present state, but for the commands and forces that the partners have yet to answer.
+  Inputs<double> present(const Shaft<double>& shaft, const bool bearing_on[4]) const;
   void findPulses(double from, const Shaft<double>& before, const Shaft<double>& after);
 
   Model model_;

@@ -57,6 +57,9 @@ def run(args) -> int:
     bound = result["error_bound_m_per_N"]
     print(f"model {model.name} ({model.hash}) at {args.speed:g} Hz, on {result['support_stiffness_N_per_m']:.4g} N/m and "
           f"{result['support_damping_N_s_per_m']:.4g} N s/m a bearing: {result['states']} states")
+    if result["model_reduction"] is not None:
+        print(f"rotor.reduction of the model ({result['model_reduction']}) is not applied here: what is reduced is the full "
+              f"rotor. Runs of this model use rotor.reduction, not the result of this command")
     print("Hankel singular values [m/N]: " + ", ".join(f"{value:.3g}" for value in hankel[:12]) + " ...")
     print(f"{args.method} to {result['order']} states: largest error from 1 to {args.to:g} Hz "
           f"{result['error_m_per_N'][worst]:.3g} m/N at {frequencies[worst]:.0f} Hz, {100 * share:.3g} % of the largest gain"
@@ -65,7 +68,7 @@ def run(args) -> int:
     picture = reduction.reduction(folder / "reduction.png", f"{model.name}: {args.method} to {result['order']} states",
                                   frequencies, result)
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "method": args.method,
-                             "speed_hz": args.speed, "states": result["states"], "order": result["order"],
+                             "model_reduction": result["model_reduction"], "speed_hz": args.speed, "states": result["states"], "order": result["order"],
                              "hankel_m_per_N": hankel, "error_bound_m_per_N": bound,
                              "largest_error_m_per_N": result["error_m_per_N"][worst], "largest_error_share": share,
                              "frequency_hz": frequencies, "before_m_per_N": result["before_m_per_N"],
