@@ -190,6 +190,14 @@ void bindSweep(py::module_& m) {
       .def_readonly("title", &BasicSweep::title)
       .def_readonly("source", &BasicSweep::source)
       .def_property_readonly("size", &BasicSweep::size)
+      .def_property_readonly(
+          "contact",
+          [](const BasicSweep& s) { return s.run.contact == BasicContact::hertz ? "hertz" : "linear"; })
+      .def_property_readonly(
+          "friction_law",
+          [](const BasicSweep& s) { return s.run.friction == BasicFriction::sliding ? "sliding" : "spin"; })
+      .def_property_readonly("steps_per_turn", [](const BasicSweep& s) { return s.run.steps_per_turn; })
+      .def_property_readonly("kept_turns", [](const BasicSweep& s) { return s.run.turns_kept; })
       .def_property_readonly("turns",
                              [](const BasicSweep& s) { return s.run.turns_kept + s.run.turns_skipped; })
       .def_property_readonly("axes",
