@@ -55,7 +55,7 @@ class Motion:
     rotor_radius: float = 0.0
     units: Units = SI
     plane: str = ""
-    end: tuple = ()         # of a sweep's machine: the state behind the last turn
+    end: tuple = ()         # of a sweep's machine: the state behind the last turn, over the file's clearance
 
     @property
     def sx(self):
