@@ -34,6 +34,21 @@ def paired_error(before: numpy.ndarray, after: numpy.ndarray) -> float:
     return math.sqrt(max(better + worse - (better - worse) ** 2 / n, 0.0)) / n
 
 
+def tell(outcomes: dict, what: str) -> list[dict]:
+    """Prints and returns each design's probability, its interval, and its difference from the first design's."""
+    first = next(iter(outcomes.values()))
+    print(f"probability of {what}, 95 % interval, {len(first)} samples")
+    rows = []
+    for name, outcome in outcomes.items():
+        hits = int(outcome.sum())
+        low, high = wilson(hits, len(outcome))
+        rows.append({"design": name, "probability": hits / len(outcome), "low": low, "high": high,
+                     "change": float(outcome.mean() - first.mean()), "change_error": paired_error(first, outcome)})
+        print(f"  {name:<30} {rows[-1]['probability']:.4f}  [{low:.4f}, {high:.4f}]  "
+              f"change {rows[-1]['change']:+.4f} +- {rows[-1]['change_error']:.4f}")
+    return rows
+
+
 def read_probability(path: pathlib.Path) -> dict:
     """@raise InputError"""
     document = yaml.safe_load(path.read_text())

@@ -22,12 +22,24 @@ import yaml
 from amb_rotor.errors import InputError
 
 FORMAT = "amb-search/1"
-# Published motion -> what counts as that motion. 0: does not repeat within 16 turns.
+# What a machine does is one number: its period (0: does not repeat within 16 turns), IMPACTS more where it touches now and
+# then, and ALWAYS more where it touches all the time; DIVERGED where it leaves all bounds, which is no motion at all.
+IMPACTS, ALWAYS, DIVERGED = 100, 200, 99
+LEAST_ALWAYS, FARTHEST = 0.999, 10.0    # share of the time; distance from the bearing's centre over the clearance
+
+
+def _period(code):
+    return code % 100
+
+
+# Published motion -> what counts as that motion.
 MOTIONS = {
-    **{f"period_{n}": lambda period, n=n: period == n for n in range(1, 17)},
-    "aperiodic": lambda period: period == 0,
-    "period_1_or_2": lambda period: (period == 1) | (period == 2),
-    "period_8_or_more": lambda period: (period == 0) | (period >= 8),
+    **{f"period_{n}": lambda code, n=n: _period(code) == n for n in range(1, 17)},
+    "aperiodic": lambda code: _period(code) == 0,
+    "aperiodic_with_impacts": lambda code: code == IMPACTS,
+    "aperiodic_always_in_contact": lambda code: code == ALWAYS,
+    "period_1_or_2": lambda code: (_period(code) == 1) | (_period(code) == 2),
+    "period_8_or_more": lambda code: (_period(code) == 0) | ((_period(code) >= 8) & (_period(code) <= 16)),
 }
 POINTS_AT_ONCE = 4096
 
@@ -125,7 +137,7 @@ def shares(search: Search, periods: numpy.ndarray) -> numpy.ndarray:
 
 
 def run_points(search: Search, points: numpy.ndarray, progress=None) -> numpy.ndarray:
-    """Periods at every swept value, a row each point (values in the order of the grid's names)."""
+    """What the machines do at every swept value, a row each point (values in the order of the grid's names)."""
     from amb_rotor import _core
     count = len(search.values)
     periods = numpy.zeros((len(points), count), int)
@@ -145,7 +157,10 @@ def run_points(search: Search, points: numpy.ndarray, progress=None) -> numpy.nd
         result = _core.run_basic_lanes(columns, initial, contact=search.contact,
                                        steps_per_turn=search.run["steps_per_turn"], turns_skipped=turns - kept,
                                        turns_kept=kept, regimes=False)
-        periods[first:first + batch] = result["period"].reshape(len(part), count)
+        contact = result["contact_fraction"]
+        codes = result["period"] + numpy.where(contact > LEAST_ALWAYS, ALWAYS, numpy.where(contact > 0.0, IMPACTS, 0))
+        codes[~(result["max_radius"] < FARTHEST)] = DIVERGED
+        periods[first:first + batch] = codes.reshape(len(part), count)
         if progress:
             progress(len(part))
     return periods
