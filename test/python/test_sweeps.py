@@ -59,6 +59,12 @@ def test_what_diverges_is_no_aperiodic_motion_and_contact_counts_where_it_is_ask
                                                   [0.015, 1.2, 230.0, 0.0, 0.0]]))
     assert codes[0].tolist() == [search.DIVERGED] * 2
     assert codes[1].tolist() == [1, search.IMPACTS] and codes[2][0] == 1 + search.ALWAYS
+    # Hertz contact and friction of 0.24: a whirl of 126 turns a turn, a radian a step of 800 (an artefact from there on).
+    found.contact, found.parameters = "hertz", {"damping": 0.0347, "eccentricity": 0.0973, "hertz_stiffness": 605.05,
+                                                "hertz_damping": 0.4794, "friction": 0.2386}
+    found.values, found.run = numpy.array([0.55]), {"turns": 200, "kept_turns": 100, "steps_per_turn": 800}
+    found.grid = {"x": [], "y": [], "vx": [], "vy": []}
+    assert search.run_points(found, numpy.array([[-0.0519, -2.0, 1.8268, -1.1007]])).tolist() == [[search.DIVERGED]]
     kinds = {name: shows(codes).tolist() for name, shows in search.MOTIONS.items()}
     assert kinds["aperiodic"] == [[False, False], [False, True], [False, False]]
     assert kinds["aperiodic_with_impacts"] == kinds["aperiodic"] and kinds["period_1"][2][0]

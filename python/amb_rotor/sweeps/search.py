@@ -23,8 +23,10 @@ from amb_rotor.errors import InputError
 
 FORMAT = "amb-search/1"
 # What a machine does is one number: its period (0: does not repeat within 16 turns), IMPACTS more where it touches now and
-# then, and ALWAYS more where it touches all the time; DIVERGED where it leaves all bounds, which is no motion at all.
-IMPACTS, ALWAYS, DIVERGED = 100, 200, 99
+# then, and ALWAYS more where it touches all the time; DIVERGED where it leaves all bounds, which is no motion at all. So does a
+# dry whirl in a Hertz contact that grows until it turns by more than COARSEST radians in a step: from there on the integrator
+# damps it, and what is seen is not the equations'.
+IMPACTS, ALWAYS, DIVERGED, COARSEST = 100, 200, 99, 0.3
 LEAST_ALWAYS, FARTHEST = 0.999, 10.0    # share of the time; distance from the bearing's centre over the clearance
 
 
@@ -159,7 +161,8 @@ def run_points(search: Search, points: numpy.ndarray, progress=None) -> numpy.nd
                                        turns_kept=kept, regimes=False)
         contact = result["contact_fraction"]
         codes = result["period"] + numpy.where(contact > LEAST_ALWAYS, ALWAYS, numpy.where(contact > 0.0, IMPACTS, 0))
-        codes[~(result["max_radius"] < FARTHEST)] = DIVERGED
+        fast = 2.0 * math.pi * numpy.abs(result["whirl"]) / search.run["steps_per_turn"] > COARSEST
+        codes[fast | ~(result["max_radius"] < FARTHEST)] = DIVERGED
         periods[first:first + batch] = codes.reshape(len(part), count)
         if progress:
             progress(len(part))
