@@ -167,13 +167,57 @@ def test_the_slopes_of_two_magnets_are_the_stiffnesses_that_a_model_file_gets(tm
 
 def test_run_up_of_the_centred_rotor_is_the_closed_form():
     figure = figures.read_figure(ROOT / "config/thesis/fig_5_3.yaml")
-    figure["frequency_ratio"] = {"from": 0.8, "to": 1.1, "count": 4}
+    figure["frequency_ratio"] = numpy.linspace(0.8, 1.1, 4)
     found = figures.response(figure)
     assert found["up"][0] == pytest.approx(found["free"][0], abs=1e-6)  # 200 turns of transient: e^-27
     rub = max(radius for radius, _ in found["rub"][2])
     assert found["up_contact"][2] == pytest.approx(1.0) and found["up"][2] == pytest.approx(rub, abs=1e-4)
     # At 1.1 both motions hold: which one is there depends on where the rotor comes from.
     assert found["up"][3] > 1.0 and found["down"][3] == pytest.approx(found["free"][3], abs=1e-6)
+
+
+# ---- files with a fault
+@pytest.mark.parametrize("name, old, new, message", [
+    ("basin_knock", "steps_per_turn: 120", "step_per_turn: 120", "19: run.step_per_turn = 120: the key is not known here; nearest: steps_per_turn"),
+    ("basin_knock", "friction: 0.15", "friction: a lot", "11: parameters.friction = a lot: must be a finite number"),
+    ("basin_knock", "contact: linear", "contact: lineer", "7: contact = lineer: is none of linear, hertz"),
+    ("basin_knock", "speed: {from: 0.0, to: 4.0, count: 121}", "speed: {from: 0.0, to: 4.0}", "18: speed: a list of numbers"),
+    ("dry_whirl_probability", "friction: {uniform: [0.02, 0.3]}", "friction: {uniform: [0.3]}", "friction.uniform: must be [least"),
+    ("dry_whirl_probability", "{friction: 0.8}", "{frictoin: 0.8}", "frictoin = 0.8: the key is not known here; nearest: friction"),
+    ("dry_whirl_probability", "turns: 160,", "turns: x,", "run.turns = x: must be a whole number"),
+    ("search_5_10", "contact: hertz", "contact: herz", "contact = herz: is none of"),
+    ("search_5_10", "kept_turns: 48", "kept_turns: 4800", "run.kept_turns = 4800: at most `turns`"),
+    ("search_5_10", "parameter: frequency_ratio", "parameter: frequency", "swept.parameter = frequency: is none of"),
+    ("search_5_10", "initial: [0, 0, 0, 0]", "initial: [0, 0]", "initial: must be [x, y, vx, vy]"),
+    ("search_5_10", "hertz_damping: 1.286", "contact_stiffness: 13", "contact_stiffness = 13: the key is not known here"),
+    ("fig_5_7", "contact: linear", "contact: lin", "contact = lin: is none of"),
+    ("fig_5_7", "damping: 0.0347", "dampping: 0.0347", "parameters.dampping = 0.0347: the key is not known here; nearest: damping"),
+    ("fig_5_7", "damping: 0.0347", "damping: 0.0347\n  damping: 0.1", "parameters.damping = 0.1: is there twice"),
+    ("fig_5_13", "time: [400, 500]", "time: [500, 400]", "time: must be [from, to]"),
+    ("fig_5_16", "count: 47", "cuont: 47", "frequency_ratio: a list of numbers"),
+    ("fig_3_16", "clearance_m:", "clearence_m:", "scale.clearance_m: the key is missing"),
+    ("fig_3_9", "iron_T: 1.5", "iron_T: -1.5", "iron_T = -1.5: must be above 0"),
+    ("drop_map_150_hz", "damping_N_s_per_m: [150.0", "dampping: [150.0", "dampping: the key is not known here"),
+    ("drop_map_150_hz", "motion_from_s: 0.4", "motion_from_s: soon", "motion_from_s = soon: must be at least 0"),
+])
+def test_a_fault_is_told_with_line_key_value_and_rule(name, old, new, message, tmp_path, capsys):
+    text = (ROOT / "config/thesis" / f"{name}.yaml").read_text()
+    assert old in text
+    text = text.replace(old, new, 1)
+    for file in ("drop_model.yaml", "drop_150_hz.yaml"):
+        text = text.replace(f" {file}", f" {ROOT}/config/thesis/{file}")
+    (tmp_path / "f.yaml").write_text(text)
+    # `amb check` and the command say the same.
+    assert cli.main(["check", str(tmp_path / "f.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert message in told and f"{tmp_path}/f.yaml:" in told
+    assert cli.main(["sweep", str(tmp_path / "f.yaml"), "--out", str(tmp_path / "o")]) == 2
+    assert capsys.readouterr().err.splitlines()[0].split(": ", 1)[1] == told.splitlines()[0].split(": ", 1)[1]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config" / "thesis").glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_files_of_the_thesis_are_valid(path, capsys):
+    assert cli.main(["check", str(path)]) == 0, capsys.readouterr().err
 
 
 # ---- searches with many unstated values
@@ -277,12 +321,12 @@ changes:
 
 
 @pytest.mark.parametrize("change, words", [
-    (("samples: 400", "samples: 0"), "samples: 0"),
-    (("motion: backward_whirl", "motion: whirling"), "wanted"),
+    (("samples: 400", "samples: 0"), "11: samples = 0: must be a whole number"),
+    (("motion: backward_whirl", "motion: whirling"), "wanted.motion = whirling: is none of"),
     (("clearance_m: 1.5", "clearance_m: -1.5"), "a factor above 0"),
-    (("scenario: drop_150_hz.yaml", "scenario: none.yaml"), "there is no file"),
-    (("rig.unbalance.0.phase_rad", "rig.unbalance.7.phase_rad"), "rig.unbalance.7.phase_rad: no number of"),
-    (("uniform: [0.01, 0.2]", "normal: [0.01, 0.2]"), "uniform: [least, largest]"),
+    (("scenario: drop_150_hz.yaml", "scenario: none.yaml"), "scenario = none.yaml: there is no such file"),
+    (("rig.unbalance.0.phase_rad", "rig.unbalance.7.phase_rad"), "rig.unbalance.7.phase_rad: the key is not known here; nearest: rig.unbalance.0.phase_rad"),
+    (("uniform: [0.01, 0.2]", "normal: [0.01, 0.2]"), "drawn.rig.auxiliary_bearing.friction_coefficient.uniform: the key is missing"),
 ])
 def test_a_wrong_probability_of_drops_is_refused_by_name(change, words, tmp_path, capsys):
     text = (ROOT / "config/thesis/drop_probability.yaml").read_text()

@@ -13,8 +13,8 @@ import pathlib
 import numpy
 import yaml
 
-from amb_rotor.errors import InputError
 from amb_rotor.sweeps import drops, probability
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-drop-probability/1"
 KEYS = {"format", "name", "title", "model", "scenario", "motion_from_s", "relative_tolerance", "wanted", "samples", "seed",
@@ -24,36 +24,21 @@ ENDS = ("diverged", 0.0, 0.0, 0.0, 0.0, 0, float("inf"), [])  # a run that leave
 
 
 def read(path: pathlib.Path) -> dict:
-    """The document; its model and scenario as paths beside the file. @raise InputError"""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: {error}") from error
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f"{path}: format: must be {FORMAT}")
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(KEYS - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - KEYS)]
-    if faults:
-        raise InputError(faults)
-    for key in ("samples", "seed"):
-        if not isinstance(document[key], int) or document[key] < (key == "samples"):
-            faults.append(f"{path}: {key}: {document[key]}: must be a whole number of at least {int(key == 'samples')}")
-    wanted = document["wanted"]
-    if not isinstance(wanted, dict) or wanted.get("motion") not in drops.KINDS or set(wanted) - drops.WANTED_KEYS:
-        faults.append(f"{path}: wanted: motion ({', '.join(drops.KINDS)}) and, if a rate matters, whirl_from_hz, whirl_to_hz")
-    for key in ("drawn", "changes"):
-        if not isinstance(document[key], dict) or not document[key]:
-            faults.append(f"{path}: {key}: names, each with its value")
-    for name, factors in (document["changes"] or {}).items() if isinstance(document["changes"], dict) else ():
-        if not isinstance(factors, dict) or not all(isinstance(factor, (int, float)) and factor > 0 for factor in factors.values()):
-            faults.append(f"{path}: changes.{name}: paths of numbers of the model, each with a factor above 0")
-    for key in ("model", "scenario"):
-        document[key] = path.parent / str(document[key])
-        if not document[key].is_file():
-            faults.append(f"{path}: {key}: there is no file {document[key]}")
-    if faults:
-        raise InputError(faults)
-    return document
+    """The file's content, its model and scenario as paths beside it. @raise InputError: all faults of the file"""
+    from amb_rotor import _core
+    document = Document(path, FORMAT)
+    document.keys("", KEYS)
+    model, scenario = drops.check(document)
+    names = list(_core.read_model(str(model)).fields) if model else []
+    document.known("drawn", [*names, SPEED] if model else document.get("drawn") or [])
+    for name in document.get("drawn") or ():
+        probability.check_drawn(document, f"drawn/{name}")
+    if model:
+        probability.check_changes(document, names)
+    document.whole("samples", 1)
+    document.whole("seed", 0)
+    document.done()
+    return dict(document.data, model=model, scenario=scenario)
 
 
 def run(document: dict, progress=None) -> tuple[dict, dict]:
@@ -61,13 +46,9 @@ def run(document: dict, progress=None) -> tuple[dict, dict]:
     from amb_rotor import _core, drop
     random = numpy.random.default_rng(document["seed"])
     samples = document["samples"]
-    drawn = {path: probability._drawn(spec, random, samples, f"drawn.{path}") for path, spec in document["drawn"].items()}
+    drawn = {path: probability.drawn(spec, random, samples) for path, spec in document["drawn"].items()}
     model = _core.read_model(str(document["model"]))
     fields = model.fields
-    paths = {path for path in drawn if path != SPEED} | {path for factors in document["changes"].values() for path in factors}
-    unknown = sorted(path for path in paths if path not in fields)
-    if unknown:
-        raise InputError(f"{document['name']}: {', '.join(unknown)}: no number of {document['model']}")
     text = yaml.safe_load(document["scenario"].read_text())
     tolerance, begin = float(document["relative_tolerance"]), float(document["motion_from_s"])
 

@@ -17,9 +17,8 @@ import math
 import pathlib
 
 import numpy
-import yaml
 
-from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-search/1"
 # What a machine does is one number: its period (0: does not repeat within 16 turns), IMPACTS more where it touches now and
@@ -66,48 +65,36 @@ STATE = ("x", "y", "vx", "vy")
 REFINED, BOX = 24, 0.25  # best samples that are refined; first half width of their boxes, over the range
 
 
-def _values(spec, key: str) -> numpy.ndarray:
-    if isinstance(spec, list):
-        return numpy.array(spec, float)
-    try:
-        if "values" in spec:
-            return numpy.array(spec["values"], float)
-        if "step" in spec:
-            count = math.floor((spec["to"] - spec["from"]) / spec["step"] * (1 + 1e-12)) + 1
-            return spec["from"] + spec["step"] * numpy.arange(count)
-        return numpy.linspace(spec["from"], spec["to"], int(spec["count"]))
-    except (TypeError, KeyError) as error:
-        raise InputError(f"{key}: a list of numbers, values, or from, to and step or count ({error})") from error
-
-
 def read_search(path: pathlib.Path) -> Search:
-    """Reads an amb-search/1 file. @raise InputError"""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: {error}") from error
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f"{path}: format: must be {FORMAT}")
-    required = {"format", "name", "title", "contact", "parameters", "swept", "expected", "grid", "initial", "run"}
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(required - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - required - {"sampling"})]
-    sampling = document.get("sampling", {})
-    if sampling and not (isinstance(sampling, dict) and set(sampling) == {"samples", "seed", "refinements"}
-                         and all(isinstance(value, int) and value >= 0 for value in sampling.values())
-                         and sampling["samples"] >= 1):
-        faults.append(f"{path}: sampling: samples (at least 1), seed and refinements, whole numbers")
-    if faults:
-        raise InputError(faults)
-    expected = [(float(item["from"]), float(item["to"]), item["motion"]) for item in document["expected"]]
-    faults = [f"{path}: expected: {motion} is none of {', '.join(MOTIONS)}"
-              for _, _, motion in expected if motion not in MOTIONS]
-    if faults:
-        raise InputError(faults)
-    swept = document["swept"]
-    return Search(document["name"], document["title"], document["contact"], document["parameters"],
-                  swept["parameter"], _values(swept, f"{path}: swept"), expected,
-                  {key: _values(spec, f"{path}: grid.{key}") for key, spec in document["grid"].items()},
-                  document["initial"], document["run"], sampling)
+    """Reads an amb-search/1 file. @raise InputError: all its faults"""
+    document = Document(path, FORMAT)
+    document.keys("", {"format", "name", "title", "contact", "parameters", "swept", "expected", "grid", "initial", "run"},
+                  {"sampling"})
+    names = document.laws("spin")
+    document.known("parameters", names)
+    document.known("grid", [*names, *STATE])
+    if isinstance(document.get("swept"), dict):
+        document.choice("swept/parameter", names)
+    values = document.axis("swept")
+    grid = {key: document.axis(f"grid/{key}") for key in document.get("grid") or {}}
+    expected = []
+    for index in range(len(document.get("expected") or [])):
+        if document.keys(f"expected/{index}", ("from", "to", "motion")):
+            expected.append((document.number(f"expected/{index}/from"), document.number(f"expected/{index}/to"),
+                             document.choice(f"expected/{index}/motion", MOTIONS)))
+    if not expected:
+        document.fault("expected", "at least one range")
+    initial = document.axis("initial")
+    if len(initial) != len(STATE):
+        document.fault("initial", "must be [x, y, vx, vy]")
+    sampling = {}
+    if document.get("sampling") and document.keys("sampling", ("samples", "seed", "refinements")):
+        sampling = {key: document.whole(f"sampling/{key}", int(key == "samples")) for key in document.get("sampling")}
+    found = Search(document.get("name"), document.get("title"), document.get("contact"), document.numbers("parameters"),
+                   (document.get("swept") or {}).get("parameter"), values, expected, grid, initial, document.run("steps_per_turn"),
+                   sampling)
+    document.done()
+    return found
 
 
 def published(search: Search) -> list:
