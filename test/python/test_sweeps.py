@@ -351,6 +351,15 @@ def test_a_basin_without_friction_has_no_dry_whirl_and_turns_with_the_direction(
 
 
 # ---- branches
+def test_a_bifurcation_is_told_with_its_own_multiplier():
+    from amb_rotor.cli.continuation import critical
+    unstable = [-2.79 + 0j, -1.0 + 0j, 0.3 + 0.2j, 0.3 - 0.2j]
+    assert critical({"kind": "flip", "multipliers": unstable}) == -1.0
+    assert critical({"kind": "grazing", "multipliers": unstable}) == -2.79
+    assert critical({"kind": "fold", "multipliers": [1.7 + 0j, 1.0 + 0j, 0.1 + 0j, 0j]}) == 1.0
+    assert critical({"kind": "neimark_sacker", "multipliers": [2.0 + 0j, 0.6 - 0.8j, 0.6 + 0.8j, 0.1 + 0j]}) == 0.6 + 0.8j
+
+
 def test_a_branch_over_one_of_two_swept_parameters_is_refused(tmp_path, capsys):
     text = SMALL_MAP + """continuation: {parameter: friction, from: 0.01, to: 0.04, step: 0.01,
                starts: [{at: 0.015, turns: 1, x: 0, y: 0, vx: 0, vy: 0}]}
