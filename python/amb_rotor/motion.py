@@ -181,7 +181,7 @@ def from_sweep(sweep, values: dict, samples_per_turn: int, name: str, initial: t
         raise InputError(f"--at: {', '.join(missing)}: the swept parameter needs a value")
     kept = kept_turns or sweep.kept_turns
     found = _core.record_basic(parameters, initial or sweep.initial, contact=sweep.contact, friction=sweep.friction_law,
-                               turns_skipped=sweep.turns - kept, turns_kept=kept, samples_per_turn=samples_per_turn)
+                               turns_skipped=sweep.turns - min(kept, sweep.kept_turns), turns_kept=kept, samples_per_turn=samples_per_turn)
     if not found["finite"]:
         raise InputError(f"{name}: the motion cannot be integrated (it leaves all bounds)")
     eta = parameters["frequency_ratio"]

@@ -150,6 +150,15 @@ def test_a_point_of_a_sweep_has_the_regime_of_the_sweep(tmp_path):
     assert {path.stem for path in tmp_path.glob("*.png")} == set(analyse.SINGLE)
 
 
+@pytest.mark.parametrize("frequency, regime", [(1.16, "quasi_periodic"), (1.28, "chaotic"), (0.8, "no_contact")])
+def test_section_points_and_the_variational_equation_give_one_regime(frequency, regime, tmp_path):
+    # Two ways that share nothing: the points alone (0-1 test, forecast), and the exponent of the lanes' tangent.
+    assert cli.main(["analyse", str(ROOT / "config/thesis/fig_6_2.yaml"), "--at", f"frequency_ratio={frequency}", "--kind", "orbit",
+                     "--out", str(tmp_path), "--json", str(tmp_path / "a.json")]) == 0
+    found, = json.loads((tmp_path / "a.json").read_text())["motions"].values()
+    assert found["regime"] == found["lanes"]["regime"] == regime
+
+
 def test_a_sweep_up_and_down_shows_the_jump(tmp_path):
     text = (ROOT / "config/thesis/fig_6_2.yaml").read_text()
     text = text[:text.index("continuation:")].replace("from: 0.55, to: 1.5, step: 0.0073", "from: 1.12, to: 1.4, count: 5")

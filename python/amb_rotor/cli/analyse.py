@@ -15,6 +15,7 @@ SINGLE = ("history", "orbit", "section", "surface", "spectrum", "full_spectrum",
 SEVERAL = ("cascade", "response", "bifurcation")
 BLOCK_TURNS = 8         # over which a synchronous amplitude is taken while the speed changes
 SAMPLES_PER_TURN, SWEPT_SAMPLES, SWEPT_TURNS = 400, 64, 64
+POINT_TURNS = 300       # of a single point of a sweep, at least: fewer do not tell quasi-periodic from chaotic by the section
 
 
 def add_arguments(parser) -> None:
@@ -253,7 +254,8 @@ def _sweep(args, path: pathlib.Path) -> int:
     folder = common.out_folder(args, "analyse", "-".join([sweep.name, *(f"{key}-{value:g}" for key, value in given.items())]))
     if not free:
         name = f"{sweep.name}, " + ", ".join(f"{key} {value:g}" for key, value in given.items())
-        point = _cut(args, motion.from_sweep(sweep, given, SAMPLES_PER_TURN, name))
+        point = _cut(args, motion.from_sweep(sweep, given, SAMPLES_PER_TURN, name,
+                                              kept_turns=max(sweep.kept_turns, POINT_TURNS)))
         found = {name: {**_tell(point), "lanes": _of_lanes(sweep, given)}}
         return _end(args, folder, found, _single(args, point, folder, ""))
     return _end(args, folder, *_swept(args, sweep, given, free[0], folder))
