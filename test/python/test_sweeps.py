@@ -176,6 +176,16 @@ def test_run_up_of_the_centred_rotor_is_the_closed_form():
     assert found["up"][3] > 1.0 and found["down"][3] == pytest.approx(found["free"][3], abs=1e-6)
 
 
+def test_figure_6_4_is_a_cascade_of_period_doublings():
+    sweep = _core.BasicSweep(str(ROOT / "config/thesis/fig_6_4.yaml"))
+    values = numpy.asarray(sweep.axes[0][1])
+    # Inside the ranges of doc/thesis.md, away from their ends: the thesis's 2 to 13.4, 4 to 15.6, then 8 and chaos.
+    for stiffness, regime, period in ((0.625, "period", 1), (8.0, "period", 2), (14.5, "period", 4), (16.0, "period", 8),
+                                      (19.0, "chaotic", 0)):
+        found = sweep.run(int(numpy.argmin(abs(values - stiffness))), 1)
+        assert (found["regime"][0], found["period"][0]) == (regime, period), stiffness
+
+
 # ---- files with a fault
 @pytest.mark.parametrize("name, old, new, message", [
     ("basin_knock", "steps_per_turn: 120", "step_per_turn: 120", "19: run.step_per_turn = 120: the key is not known here; nearest: steps_per_turn"),
