@@ -244,6 +244,46 @@ def test_a_sampled_search_finds_a_known_value():
     assert (points.min(axis=0) >= [0.3, 0.01]).all() and (points.max(axis=0) <= [0.5, 0.05]).all()
 
 
+# ---- bifurcation diagrams and maps
+SWEPT = {"frequency_ratio": (0.9, 1.3), "support_stiffness": (0.8, 1.2), "contact_stiffness": (5.0, 20.0), "friction": (0.0, 0.05),
+         "clearance": (0.8, 1.2), "misalignment": (0.5, 0.7), "eccentricity": (0.05, 0.15), "damping": (0.02, 0.1)}
+
+
+def swept_file(*names: str) -> str:
+    values = {"frequency_ratio": 1.05, "damping": 0.0347, "support_stiffness": 1.0, "eccentricity": 0.0973, "friction": 0.015,
+              "contact_stiffness": 13.68, "friction_sign": 1, "misalignment": 0.62, "misalignment_angle_deg": 230,
+              "unbalance_phase_deg": 0}
+    fixed = ", ".join(f"{name}: {value}" for name, value in values.items() if name not in names)
+    axes = "".join(f"  - {{parameter: {name}, from: {SWEPT[name][0]}, to: {SWEPT[name][1]}, count: 4}}\n" for name in names)
+    return f"""format: amb-sweep/1
+name: swept
+title: a test
+source: a test
+machine: basic
+contact: linear
+friction_law: spin
+parameters: {{{fixed}}}
+initial: {{x: 0.0, y: 0.0, vx: 0.0, vy: 0.0}}
+swept:
+{axes}run: {{turns: 100, kept_turns: 20, steps_per_turn: 140}}
+"""
+
+
+@pytest.mark.parametrize("names", [*((name,) for name in SWEPT), ("clearance", "friction"), ("misalignment", "eccentricity")],
+                         ids=lambda names: "-".join(names))
+def test_any_parameter_makes_a_bifurcation_diagram_and_any_two_a_map(names, tmp_path):
+    (tmp_path / "s.yaml").write_text(swept_file(*names))
+    assert cli.main(["sweep", str(tmp_path / "s.yaml"), "--out", str(tmp_path), "--json", str(tmp_path / "p.json")]) == 0
+    stem = "bifurcation" if len(names) == 1 else "regime_map"
+    assert all((tmp_path / f"{stem}{suffix}").stat().st_size > 5000 for suffix in (".png", ".svg"))
+    points = json.loads((tmp_path / "p.json").read_text())["points"]
+    assert len(points) == 4 ** len(names)
+    for name in names:
+        shown = sorted({point["parameters"][name] for point in points})
+        assert shown == pytest.approx(numpy.linspace(*SWEPT[name], 4).tolist(), rel=1e-12)
+    assert len({(point["regime"], round(point["max_radius"], 6)) for point in points}) > 1, "nothing changed with it"
+
+
 # ---- maps
 SMALL_MAP = """format: amb-sweep/1
 name: small
