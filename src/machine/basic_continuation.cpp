@@ -48,7 +48,7 @@ class Follower {
       if (!(machine.frequency_ratio > 0.0) || !u.allFinite() || u.head<4>().norm() > 100.0)
         return std::nullopt;
       BasicOrbitOptions orbit_options = problem_.orbit;
-      orbit_options.parameter = field();
+      orbit_options.direction = problem_.directionAt(parameter(u));
       const BasicOrbit orbit =
           basicOrbit(machine, timeUnits(u.head<4>(), machine.frequency_ratio), turns_, orbit_options);
       if (!orbit.finite) return std::nullopt;
@@ -155,11 +155,6 @@ class Follower {
   }
 
  private:
-  std::string field() const {
-    // A field of the parameters, or the length of a displacement along its direction.
-    return problem_.parameter == "misalignment" ? "misalignment_x" : problem_.parameter;
-  }
-
   template <class Crossed>
   Node bisect(const Node& from, double length, Crossed&& crossed) const {
     double low = 0.0, high = length;
@@ -313,6 +308,21 @@ BasicParameters<double> ContinuationProblem::machineAt(double value) const {
   return rotatedToPhaseZero(basicParametersFrom(all));
 }
 
+BasicParameters<double> ContinuationProblem::directionAt(double value) const {
+  // Fields are linear in a name's value, or a power, sine or cosine of it: the third derivative is of the
+  // field's size (degrees: (pi/180)^3 of it), so that the quotient is right to 1e-9, far finer than Newton's
+  // method needs.
+  const double step = 1e-5 * std::max(1.0, std::abs(value));
+  BasicParameters<double> direction = machineAt(value + step);
+  const BasicParameters<double> lower = machineAt(value - step);
+  std::vector<double> below;
+  BasicParameters<double>::visit(lower, [&](const char*, const double& field) { below.push_back(field); });
+  std::size_t i = 0;
+  BasicParameters<double>::visit(
+      direction, [&](const char*, double& field) { field = (field - below[i++]) / (2.0 * step); });
+  return direction;
+}
+
 Branch followBranch(const ContinuationProblem& problem, const ContinuationOptions& options, double at,
                     const BasicState<double>& near, int turns) {
   auto branch = tryBranch(problem, options, at, near, turns);
@@ -329,14 +339,19 @@ ContinuationProblem continuationProblem(const BasicSweep& sweep) {
   problem.parameter = request.parameter;
   for (const auto& [key, value] : sweep.parameters) {
     if (key != request.parameter) problem.parameters.emplace_back(key, value);
-    if (request.parameter == "misalignment" && key == "misalignment_angle_deg" && value != 0.0) {
-      throw InputError(
-          {{"", 0, "continuation.parameter", "misalignment", "needs misalignment_angle_deg: 0"}});
-    }
   }
-  if (request.parameter == "misalignment_angle_deg" || request.parameter == "unbalance_phase_deg" ||
-      request.parameter == "friction_sign") {
+  if (request.parameter == "unbalance_phase_deg") {
+    throw InputError({{"", 0, "continuation.parameter", request.parameter,
+                       "turns the whole motion; misalignment_angle_deg can be followed"}});
+  }
+  if (request.parameter == "friction_sign") {
     throw InputError({{"", 0, "continuation.parameter", request.parameter, "cannot be followed"}});
+  }
+  for (const auto& axis : sweep.swept) {
+    if (axis.parameter != request.parameter) {
+      throw InputError({{"", 0, "continuation.parameter", request.parameter,
+                         axis.parameter + " is swept, so it has no value here: follow the swept parameter"}});
+    }
   }
   problem.orbit.contact = sweep.run.contact;
   problem.orbit.friction = sweep.run.friction;
@@ -356,7 +371,9 @@ std::vector<Branch> runContinuation(const BasicSweep& sweep, const std::function
     BasicLaneOptions run = sweep.run;
     run.turns_skipped = 960;  // a multiple of every period up to 6, so that the phase of the motion is kept
     run.turns_kept = 0;
-    const BasicState<double> initial{start.x, start.y, start.vx, start.vy};
+    NamedValues values = problem.parameters;
+    values.emplace_back(problem.parameter, start.at);
+    const auto initial = overOwnClearance({start.x, start.y, start.vx, start.vy}, values);
     const auto settled = runBasicLanes({problem.machineAt(start.at)}, {initial}, run).end.front();
     branches.push_back(followBranch(problem, options, start.at, settled, start.turns));
   }

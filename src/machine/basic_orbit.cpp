@@ -213,7 +213,8 @@ class Flow {
   BasicOrbit orbit;
 
  private:
-  /// A step by series is observed at least as often [rad]: cubic polynomials between these points are good to 1e-7.
+  /// A step by series is observed at least as often [rad]: cubic polynomials between these points are good to
+  /// 1e-7.
   static constexpr double observer_spacing = 0.02;
 
   /// Share of the step at which the mode ends; 1: it does not.
@@ -256,17 +257,24 @@ auto withModel(const BasicOrbitOptions& o, F&& f) {
   return withBasicModel(o.contact, o.friction, f);
 }
 
-template <class T>
-BasicParameters<T> lifted(const BasicParameters<double>& p, const std::string& parameter) {
-  BasicParameters<T> out;
+std::vector<double> fieldsOf(const BasicParameters<double>& p) {
   std::vector<double> values;
   BasicParameters<double>::visit(p, [&](const char*, const double& value) { values.push_back(value); });
+  return values;
+}
+
+template <class T>
+BasicParameters<T> lifted(const BasicParameters<double>& p,
+                          const std::optional<BasicParameters<double>>& direction) {
+  BasicParameters<T> out;
+  const std::vector<double> values = fieldsOf(p), slopes = direction ? fieldsOf(*direction) : values;
   std::size_t i = 0;
-  BasicParameters<T>::visit(out, [&](const std::string& key, T& field) {
-    field = T(values[i++]);
+  BasicParameters<T>::visit(out, [&](const std::string&, T& field) {
+    field = T(values[i]);
     if constexpr (std::is_same_v<T, Five>) {
-      if (key == parameter) field.slope[4] = 1.0;
+      if (direction) field.slope[4] = slopes[i];
     }
+    ++i;
   });
   return out;
 }
@@ -305,7 +313,7 @@ BasicOrbit basicOrbit(const BasicParameters<double>& p, const BasicState<double>
   const Eigen::Vector4d start = phaseUnits(initial, eta);
   return withModel(options, [&](auto model) {
     using Model = decltype(model);
-    const auto lifted_parameters = lifted<Five>(p, options.parameter);
+    const auto lifted_parameters = lifted<Five>(p, options.direction);
     const Five unit = inverseOf(lifted_parameters.frequency_ratio);
     Flow<Model, Five> flow(basicCoefficients<typename Model::Contact>(lifted_parameters, unit), options);
     Quad<Five> q;

@@ -17,6 +17,20 @@ double radians(double degrees) { return degrees * pi / 180.0; }
 
 }  // namespace
 
+const char* const clearance_name = "clearance";
+
+double clearanceOf(const NamedValues& values) {
+  double clearance = 1.0;
+  for (const auto& [key, value] : values) {
+    if (key == clearance_name) clearance = value;
+  }
+  if (!(clearance > 0.0) || !std::isfinite(clearance)) {
+    throw InputError(
+        {{"", 0, clearance_name, std::to_string(clearance), "greater than 0 (over the file's)"}});
+  }
+  return clearance;
+}
+
 std::vector<std::string> basicParameterNames() {
   std::vector<std::string> names;
   const BasicParameters<double> p;
@@ -25,7 +39,7 @@ std::vector<std::string> basicParameterNames() {
       names.push_back(field);
     }
   });
-  names.insert(names.end(), {misalignment, misalignment_angle, phase});
+  names.insert(names.end(), {misalignment, misalignment_angle, phase, clearance_name});
   return names;
 }
 
@@ -45,9 +59,20 @@ BasicParameters<double> basicParametersFrom(const NamedValues& values) {
                                      if (field == key) target = value;
                                    });
   }
-  p.misalignment_x = distance * std::cos(radians(angle_deg));
-  p.misalignment_y = distance * std::sin(radians(angle_deg));
+  const double c = clearanceOf(values);
+  p.misalignment_x = distance * std::cos(radians(angle_deg)) / c;
+  p.misalignment_y = distance * std::sin(radians(angle_deg)) / c;
+  p.eccentricity /= c;
+  p.surface_radius /= c;
+  p.regularisation_speed /= c;
+  p.hertz_stiffness *= std::sqrt(c);
+  p.hertz_damping *= c;
   return p;
+}
+
+BasicState<double> overOwnClearance(const BasicState<double>& state, const NamedValues& values) {
+  const double c = clearanceOf(values);
+  return {state.x / c, state.y / c, state.vx / c, state.vy / c};
 }
 
 std::size_t BasicSweep::size() const {
@@ -65,23 +90,36 @@ std::vector<double> BasicSweep::valuesAt(std::size_t point) const {
   return values;
 }
 
-BasicParameters<double> BasicSweep::machineAt(std::size_t point) const {
+NamedValues BasicSweep::namedAt(std::size_t point) const {
   NamedValues all = parameters;
   const auto values = valuesAt(point);
   for (std::size_t axis = 0; axis < swept.size(); ++axis)
     all.emplace_back(swept[axis].parameter, values[axis]);
-  return basicParametersFrom(all);
+  return all;
+}
+
+BasicParameters<double> BasicSweep::machineAt(std::size_t point) const {
+  return basicParametersFrom(namedAt(point));
+}
+
+BasicState<double> BasicSweep::initialAt(std::size_t point) const {
+  return overOwnClearance(initial.front(), namedAt(point));
 }
 
 BasicSweepPart runBasicSweep(const BasicSweep& sweep, std::size_t first, std::size_t count) {
   AMB_ROTOR_CHECK(first + count <= sweep.size() && count > 0, "points outside the grid");
   std::vector<BasicParameters<double>> machines;
+  std::vector<BasicState<double>> initial;
   machines.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) machines.push_back(sweep.machineAt(first + i));
+  initial.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    machines.push_back(sweep.machineAt(first + i));
+    initial.push_back(sweep.initialAt(first + i));
+  }
   BasicLaneOptions options = sweep.run;
   options.lyapunov = true;
   BasicSweepPart part;
-  part.lanes = runBasicLanes(machines, sweep.initial, options);
+  part.lanes = runBasicLanes(machines, initial, options);
   part.motions = basicMotions(part.lanes, sweep.regime);
   return part;
 }

@@ -138,6 +138,7 @@ BasicSweep readBasicSweep(const std::string& path) {
 
   YamlMap parameters = root.map("parameters");
   for (const auto& name : names) {
+    if (name == clearance_name && !parameters.has(name)) continue;  // all lengths are over it: 1
     if (!contains(swept_names, name) || parameters.has(name)) {
       if (contains(swept_names, name)) parameters.fault(name, "is swept; a fixed value has no meaning");
       sweep.parameters.emplace_back(name, parameters.number(name));
@@ -161,9 +162,9 @@ BasicSweep readBasicSweep(const std::string& path) {
   // Ranges and the step: at the corners and along the axes, with the file's keys.
   std::size_t stride = std::max<std::size_t>(1, sweep.size() / 10000);
   std::vector<BasicParameters<double>> machines;
-  for (std::size_t i = 0; i < sweep.size(); i += stride) machines.push_back(sweep.machineAt(i));
-  machines.push_back(sweep.machineAt(sweep.size() - 1));
   try {
+    for (std::size_t i = 0; i < sweep.size(); i += stride) machines.push_back(sweep.machineAt(i));
+    machines.push_back(sweep.machineAt(sweep.size() - 1));
     checkBasicSteps(machines, sweep.run);
   } catch (const InputError& error) {
     std::vector<Fault> found = error.faults();

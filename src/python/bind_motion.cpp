@@ -28,12 +28,13 @@ BasicOrbitOptions lawsOf(const std::string& contact, const std::string& friction
 py::dict record(const std::map<std::string, double>& parameters, const StateTuple& initial,
                 const std::string& contact, const std::string& friction, int turns_skipped, int turns_kept,
                 int samples_per_turn) {
-  const auto p = basicParametersFrom({parameters.begin(), parameters.end()});
+  const NamedValues named(parameters.begin(), parameters.end());
+  const auto p = basicParametersFrom(named);
   checkBasicParameters(p);
   BasicRecord r;
   {
     const py::gil_scoped_release release;
-    r = recordBasic(p, stateOf(initial), turns_skipped, turns_kept, samples_per_turn,
+    r = recordBasic(p, overOwnClearance(stateOf(initial), named), turns_skipped, turns_kept, samples_per_turn,
                     lawsOf(contact, friction));
   }
   std::vector<double> x, y, vx, vy;
@@ -51,7 +52,8 @@ py::dict record(const std::map<std::string, double>& parameters, const StateTupl
   d["vy"] = ownedArray(std::move(vy));
   d["normal_force"] = ownedArray(std::move(r.normal_force));
   d["depth_rate"] = ownedArray(std::move(r.depth_rate));
-  d["end"] = tupleOf(r.end);
+  const double c = clearanceOf(named);  // the end can be the next one's initial state
+  d["end"] = tupleOf({c * r.end.x, c * r.end.y, c * r.end.vx, c * r.end.vy});
   d["contact_fraction"] = r.contact_fraction;
   d["touch_downs"] = r.touch_downs;
   d["finite"] = r.finite;

@@ -75,6 +75,7 @@ py::dict runLanes(const Columns& parameters,
   py::ssize_t n = 1;
   for (const auto& [key, column] : parameters) n = std::max(n, column.size());
   std::vector<BasicParameters<double>> machines;
+  std::vector<NamedValues> named;
   std::vector<double> frequency_ratios;
   for (py::ssize_t i = 0; i < n; ++i) {
     NamedValues values;
@@ -85,6 +86,7 @@ py::dict runLanes(const Columns& parameters,
       values.emplace_back(key, column.data()[column.size() == 1 ? 0 : i]);
     }
     machines.push_back(basicParametersFrom(values));
+    named.push_back(std::move(values));
     frequency_ratios.push_back(machines.back().frequency_ratio);
   }
   if (initial.size() % 4 != 0) {
@@ -92,6 +94,11 @@ py::dict runLanes(const Columns& parameters,
   }
   std::vector<BasicState<double>> start(static_cast<std::size_t>(initial.size() / 4));
   std::memcpy(static_cast<void*>(start.data()), initial.data(), start.size() * sizeof(BasicState<double>));
+  if (parameters.count(clearance_name) > 0) {
+    if (start.size() == 1) start.resize(machines.size(), start.front());
+    for (std::size_t i = 0; i < std::min(start.size(), named.size()); ++i)
+      start[i] = overOwnClearance(start[i], named[i]);
+  }
   BasicLaneOptions options;
   options.contact = contact == "hertz" ? BasicContact::hertz : BasicContact::linear;
   options.friction = friction == "sliding" ? BasicFriction::sliding : BasicFriction::spin;
@@ -190,6 +197,14 @@ void bindSweep(py::module_& m) {
       .def_readonly("title", &BasicSweep::title)
       .def_readonly("source", &BasicSweep::source)
       .def_property_readonly("size", &BasicSweep::size)
+      .def_property_readonly(
+          "contact",
+          [](const BasicSweep& s) { return s.run.contact == BasicContact::hertz ? "hertz" : "linear"; })
+      .def_property_readonly(
+          "friction_law",
+          [](const BasicSweep& s) { return s.run.friction == BasicFriction::sliding ? "sliding" : "spin"; })
+      .def_property_readonly("steps_per_turn", [](const BasicSweep& s) { return s.run.steps_per_turn; })
+      .def_property_readonly("kept_turns", [](const BasicSweep& s) { return s.run.turns_kept; })
       .def_property_readonly("turns",
                              [](const BasicSweep& s) { return s.run.turns_kept + s.run.turns_skipped; })
       .def_property_readonly("axes",

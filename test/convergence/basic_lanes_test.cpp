@@ -127,7 +127,10 @@ TEST(BasicOrbit, DerivativesAreThoseOfDifferences) {
   auto p = displaced(1.05);
   BasicOrbitOptions options;
   options.tolerance = 1e-12;
-  options.parameter = "frequency_ratio";
+  BasicParameters<double> direction;
+  BasicParameters<double>::visit(direction, [](const char*, double& field) { field = 0.0; });
+  direction.frequency_ratio = 1.0;
+  options.direction = direction;
   const BasicState<double> start{0.1, -0.2, 0.3, 0.1};
   const auto orbit = basicOrbit(p, start, 2, options);
   ASSERT_GT(orbit.touch_downs, 0) << "the test is about events";

@@ -200,10 +200,10 @@ def test_margins_campbell_and_critical_speeds(tmp_path, capsys):
     for axis in modal.AXES:
         assert bearings["stiffness_N_per_m"][axis][0] == pytest.approx(19.0 * 33458.0 - 39700.0, rel=1e-4)
         assert len(bearings["damping_N_s_per_m"][axis]) == len(bearings["frequency_hz"])
-    assert (tmp_path / "equivalent.png").stat().st_size > 10000
+    assert (tmp_path / "equivalent.png").stat().st_size > 10000 and (tmp_path / "sensitivity.svg").stat().st_size > 10000
     assert "equivalent stiffness k1" in capsys.readouterr().out
     assert cli.main(["campbell", str(MODEL), "--points", "5", "--out", str(tmp_path), "--json", "-"]) == 0
-    assert (tmp_path / "campbell.png").stat().st_size > 10000
+    assert (tmp_path / "campbell.png").stat().st_size > 10000 and (tmp_path / "campbell.svg").stat().st_size > 10000
     assert cli.main(["critical-speeds", str(MODEL), "--json", str(tmp_path / "k.json")]) == 0
     found = json.loads((tmp_path / "k.json").read_text())["critical_speeds"]
     for one in found:

@@ -82,6 +82,12 @@ def test_the_thesiss_motions_appear_for_the_conditions_of_doc_thesis(kind, tmp_p
         assert found[2] > 2.0 * found[4] > 2.0 * found.get(6, 0.0) > 0.0
 
 
+def test_a_picture_of_an_unknown_kind_is_refused_before_the_run(tmp_path, capsys):
+    words = ["simulate", str(THESIS / "drop_150_hz.yaml"), "--motion-from", "0.4", "--out", str(tmp_path / "r.npz")]
+    assert cli.main([*words, "--picture", str(tmp_path / "drop.xyz")]) == 2
+    assert "must end in .png or .svg" in capsys.readouterr().err and not (tmp_path / "r.npz").exists()
+
+
 @pytest.mark.parametrize("path", sorted(THESIS.glob("drop_map_*.yaml")), ids=lambda path: path.stem)
 def test_the_maps_are_valid(path):
     assert drops.size(drops.read_drops(path)) > 100

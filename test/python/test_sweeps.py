@@ -1,6 +1,7 @@
 """Sweeps: scores, intervals and summaries on cases with a known answer."""
 from __future__ import annotations
 
+import json
 import pathlib
 import subprocess
 import sys
@@ -46,6 +47,28 @@ def test_agreement_counts_the_published_motion_only_inside_its_ranges():
     assert search.agreement(found, right) == total
     right[0] = 3
     assert search.agreement(found, right) == total - 1
+
+
+def test_what_diverges_is_no_aperiodic_motion_and_contact_counts_where_it_is_asked_for():
+    found = search.read_search(ROOT / "config" / "thesis" / "search_6_2.yaml")
+    # Friction of 1 drives a backward whirl out of all bounds (far above the corrected 5.20); chaos at 1.28 touches now and
+    # then; at 0.55 nothing touches; a bearing displaced by 1.2 is always touched.
+    found.values = numpy.array([0.55, 1.28])
+    found.grid = {"friction": [], "misalignment": [], "misalignment_angle_deg": [], "x": [], "vy": []}
+    codes = search.run_points(found, numpy.array([[1.0, 0.0, 230.0, 2.0, -8.0], [0.015, 0.62, 230.0, 0.0, 0.0],
+                                                  [0.015, 1.2, 230.0, 0.0, 0.0]]))
+    assert codes[0].tolist() == [search.DIVERGED] * 2
+    assert codes[1].tolist() == [1, search.IMPACTS] and codes[2][0] == 1 + search.ALWAYS
+    # Hertz contact and friction of 0.24: a whirl of 126 turns a turn, a radian a step of 800 (an artefact from there on).
+    found.contact, found.parameters = "hertz", {"damping": 0.0347, "eccentricity": 0.0973, "hertz_stiffness": 605.05,
+                                                "hertz_damping": 0.4794, "friction": 0.2386}
+    found.values, found.run = numpy.array([0.55]), {"turns": 200, "kept_turns": 100, "steps_per_turn": 800}
+    found.grid = {"x": [], "y": [], "vx": [], "vy": []}
+    assert search.run_points(found, numpy.array([[-0.0519, -2.0, 1.8268, -1.1007]])).tolist() == [[search.DIVERGED]]
+    kinds = {name: shows(codes).tolist() for name, shows in search.MOTIONS.items()}
+    assert kinds["aperiodic"] == [[False, False], [False, True], [False, False]]
+    assert kinds["aperiodic_with_impacts"] == kinds["aperiodic"] and kinds["period_1"][2][0]
+    assert not any(any(row) for row in kinds["aperiodic_always_in_contact"]) and not kinds["period_8_or_more"][0][0]
 
 
 def test_a_search_file_with_a_wrong_motion_is_refused(tmp_path):
@@ -144,13 +167,67 @@ def test_the_slopes_of_two_magnets_are_the_stiffnesses_that_a_model_file_gets(tm
 
 def test_run_up_of_the_centred_rotor_is_the_closed_form():
     figure = figures.read_figure(ROOT / "config/thesis/fig_5_3.yaml")
-    figure["frequency_ratio"] = {"from": 0.8, "to": 1.1, "count": 4}
+    figure["frequency_ratio"] = numpy.linspace(0.8, 1.1, 4)
     found = figures.response(figure)
     assert found["up"][0] == pytest.approx(found["free"][0], abs=1e-6)  # 200 turns of transient: e^-27
     rub = max(radius for radius, _ in found["rub"][2])
     assert found["up_contact"][2] == pytest.approx(1.0) and found["up"][2] == pytest.approx(rub, abs=1e-4)
     # At 1.1 both motions hold: which one is there depends on where the rotor comes from.
     assert found["up"][3] > 1.0 and found["down"][3] == pytest.approx(found["free"][3], abs=1e-6)
+
+
+def test_figure_6_4_is_a_cascade_of_period_doublings():
+    sweep = _core.BasicSweep(str(ROOT / "config/thesis/fig_6_4.yaml"))
+    values = numpy.asarray(sweep.axes[0][1])
+    # Inside the ranges of doc/thesis.md, away from their ends: the thesis's 2 to 13.4, 4 to 15.6, then 8 and chaos.
+    for stiffness, regime, period in ((0.625, "period", 1), (8.0, "period", 2), (14.5, "period", 4), (16.0, "period", 8),
+                                      (19.0, "chaotic", 0)):
+        found = sweep.run(int(numpy.argmin(abs(values - stiffness))), 1)
+        assert (found["regime"][0], found["period"][0]) == (regime, period), stiffness
+
+
+# ---- files with a fault
+@pytest.mark.parametrize("name, old, new, message", [
+    ("basin_knock", "steps_per_turn: 120", "step_per_turn: 120", "19: run.step_per_turn = 120: the key is not known here; nearest: steps_per_turn"),
+    ("basin_knock", "friction: 0.15", "friction: a lot", "11: parameters.friction = a lot: must be a finite number"),
+    ("basin_knock", "contact: linear", "contact: lineer", "7: contact = lineer: is none of linear, hertz"),
+    ("basin_knock", "speed: {from: 0.0, to: 4.0, count: 121}", "speed: {from: 0.0, to: 4.0}", "18: speed: a list of numbers"),
+    ("dry_whirl_probability", "friction: {uniform: [0.02, 0.3]}", "friction: {uniform: [0.3]}", "friction.uniform: must be [least"),
+    ("dry_whirl_probability", "{friction: 0.8}", "{frictoin: 0.8}", "frictoin = 0.8: the key is not known here; nearest: friction"),
+    ("dry_whirl_probability", "turns: 160,", "turns: x,", "run.turns = x: must be a whole number"),
+    ("search_5_10", "contact: hertz", "contact: herz", "contact = herz: is none of"),
+    ("search_5_10", "kept_turns: 48", "kept_turns: 4800", "run.kept_turns = 4800: at most `turns`"),
+    ("search_5_10", "parameter: frequency_ratio", "parameter: frequency", "swept.parameter = frequency: is none of"),
+    ("search_5_10", "initial: [0, 0, 0, 0]", "initial: [0, 0]", "initial: must be [x, y, vx, vy]"),
+    ("search_5_10", "hertz_damping: 1.286", "contact_stiffness: 13", "contact_stiffness = 13: the key is not known here"),
+    ("fig_5_7", "contact: linear", "contact: lin", "contact = lin: is none of"),
+    ("fig_5_7", "damping: 0.0347", "dampping: 0.0347", "parameters.dampping = 0.0347: the key is not known here; nearest: damping"),
+    ("fig_5_7", "damping: 0.0347", "damping: 0.0347\n  damping: 0.1", "parameters.damping = 0.1: is there twice"),
+    ("fig_5_13", "time: [400, 500]", "time: [500, 400]", "time: must be [from, to]"),
+    ("fig_5_16", "count: 47", "cuont: 47", "frequency_ratio: a list of numbers"),
+    ("fig_3_16", "clearance_m:", "clearence_m:", "scale.clearance_m: the key is missing"),
+    ("fig_3_9", "iron_T: 1.5", "iron_T: -1.5", "iron_T = -1.5: must be above 0"),
+    ("drop_map_150_hz", "damping_N_s_per_m: [150.0", "dampping: [150.0", "dampping: the key is not known here"),
+    ("drop_map_150_hz", "motion_from_s: 0.4", "motion_from_s: soon", "motion_from_s = soon: must be at least 0"),
+])
+def test_a_fault_is_told_with_line_key_value_and_rule(name, old, new, message, tmp_path, capsys):
+    text = (ROOT / "config/thesis" / f"{name}.yaml").read_text()
+    assert old in text
+    text = text.replace(old, new, 1)
+    for file in ("drop_model.yaml", "drop_150_hz.yaml"):
+        text = text.replace(f" {file}", f" {ROOT}/config/thesis/{file}")
+    (tmp_path / "f.yaml").write_text(text)
+    # `amb check` and the command say the same.
+    assert cli.main(["check", str(tmp_path / "f.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert message in told and f"{tmp_path}/f.yaml:" in told
+    assert cli.main(["sweep", str(tmp_path / "f.yaml"), "--out", str(tmp_path / "o")]) == 2
+    assert capsys.readouterr().err.splitlines()[0].split(": ", 1)[1] == told.splitlines()[0].split(": ", 1)[1]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config" / "thesis").glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_files_of_the_thesis_are_valid(path, capsys):
+    assert cli.main(["check", str(path)]) == 0, capsys.readouterr().err
 
 
 # ---- searches with many unstated values
@@ -165,6 +242,46 @@ def test_a_sampled_search_finds_a_known_value():
     assert len(points) == search.sampled_size(found) == 16
     assert (hits == 1).all() and scores == pytest.approx(0.5)
     assert (points.min(axis=0) >= [0.3, 0.01]).all() and (points.max(axis=0) <= [0.5, 0.05]).all()
+
+
+# ---- bifurcation diagrams and maps
+SWEPT = {"frequency_ratio": (0.9, 1.3), "support_stiffness": (0.8, 1.2), "contact_stiffness": (5.0, 20.0), "friction": (0.0, 0.05),
+         "clearance": (0.8, 1.2), "misalignment": (0.5, 0.7), "eccentricity": (0.05, 0.15), "damping": (0.02, 0.1)}
+
+
+def swept_file(*names: str) -> str:
+    values = {"frequency_ratio": 1.05, "damping": 0.0347, "support_stiffness": 1.0, "eccentricity": 0.0973, "friction": 0.015,
+              "contact_stiffness": 13.68, "friction_sign": 1, "misalignment": 0.62, "misalignment_angle_deg": 230,
+              "unbalance_phase_deg": 0}
+    fixed = ", ".join(f"{name}: {value}" for name, value in values.items() if name not in names)
+    axes = "".join(f"  - {{parameter: {name}, from: {SWEPT[name][0]}, to: {SWEPT[name][1]}, count: 4}}\n" for name in names)
+    return f"""format: amb-sweep/1
+name: swept
+title: a test
+source: a test
+machine: basic
+contact: linear
+friction_law: spin
+parameters: {{{fixed}}}
+initial: {{x: 0.0, y: 0.0, vx: 0.0, vy: 0.0}}
+swept:
+{axes}run: {{turns: 100, kept_turns: 20, steps_per_turn: 140}}
+"""
+
+
+@pytest.mark.parametrize("names", [*((name,) for name in SWEPT), ("clearance", "friction"), ("misalignment", "eccentricity")],
+                         ids=lambda names: "-".join(names))
+def test_any_parameter_makes_a_bifurcation_diagram_and_any_two_a_map(names, tmp_path):
+    (tmp_path / "s.yaml").write_text(swept_file(*names))
+    assert cli.main(["sweep", str(tmp_path / "s.yaml"), "--out", str(tmp_path), "--json", str(tmp_path / "p.json")]) == 0
+    stem = "bifurcation" if len(names) == 1 else "regime_map"
+    assert all((tmp_path / f"{stem}{suffix}").stat().st_size > 5000 for suffix in (".png", ".svg"))
+    points = json.loads((tmp_path / "p.json").read_text())["points"]
+    assert len(points) == 4 ** len(names)
+    for name in names:
+        shown = sorted({point["parameters"][name] for point in points})
+        assert shown == pytest.approx(numpy.linspace(*SWEPT[name], 4).tolist(), rel=1e-12)
+    assert len({(point["regime"], round(point["max_radius"], 6)) for point in points}) > 1, "nothing changed with it"
 
 
 # ---- maps
@@ -218,6 +335,60 @@ def test_dry_whirl_of_a_map_lies_above_its_closed_form(tmp_path):
     assert "100.0 % of the points above" in lines[0] and "0.0 % of those below" in lines[0]
 
 
+# ---- probabilities
+def test_a_knock_in_a_wider_bearing_is_the_same_knock():
+    # The speed of a knock is that of a hit in m/s: without contact the motion over its own clearance is smaller by it.
+    document = probability.read_probability(ROOT / "config" / "thesis" / "dry_whirl_probability.yaml")
+    columns = {key: numpy.array([0.0 if key == "friction" else spec if isinstance(spec, float) else 1.5])
+               for key, spec in document["parameters"].items()}
+    far = {}
+    for clearance in (1.0, 1.25):
+        columns["clearance"] = numpy.array([clearance])
+        found = _core.run_basic_lanes(columns, numpy.array([[0.0, 0.0, 0.3, 0.0]]), friction="sliding", turns_skipped=0,
+                                      turns_kept=8, steps_per_turn=200)
+        far[clearance] = found["max_radius"][0]
+    assert far[1.0] < 1.0 and far[1.25] == pytest.approx(far[1.0] / 1.25, rel=1e-12)
+
+
+def test_probability_of_a_drop_counts_what_its_runs_show(tmp_path, capsys):
+    # Friction 0.002 whirls never, and at 0.15 and 150 Hz this machine does (doc/thesis.md): a change by the factor decides.
+    text = (ROOT / "config/thesis/drop_probability.yaml").read_text()
+    head = text[:text.index("samples:")].replace(" drop_", f" {ROOT}/config/thesis/drop_").replace(
+        f"name: {ROOT}/config/thesis/drop_", "name: drop_")
+    (tmp_path / "p.yaml").write_text(head + """samples: 3
+seed: 2
+drawn:
+  rig.auxiliary_bearing.friction_coefficient: 0.15
+  scenario.speed.start_hz: {uniform: [149.0, 151.0]}
+changes:
+  oiled: {rig.auxiliary_bearing.friction_coefficient: 0.0133}
+""")
+    assert cli.main(["sweep", str(tmp_path / "p.yaml"), "--out", str(tmp_path / "o"), "--json", str(tmp_path / "p.json")]) == 0
+    found = json.loads((tmp_path / "p.json").read_text())
+    assert [row["probability"] for row in found["designs"]] == [1.0, 0.0]
+    assert found["designs"][1]["change"] == -1.0 and len(found["samples"]) == 3
+    assert "by quarters of scenario.speed.start_hz (149" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("change, words", [
+    (("samples: 400", "samples: 0"), "11: samples = 0: must be a whole number"),
+    (("motion: backward_whirl", "motion: whirling"), "wanted.motion = whirling: is none of"),
+    (("clearance_m: 1.5", "clearance_m: -1.5"), "a factor above 0"),
+    (("scenario: drop_150_hz.yaml", "scenario: none.yaml"), "scenario = none.yaml: there is no such file"),
+    (("rig.unbalance.0.phase_rad", "rig.unbalance.7.phase_rad"), "rig.unbalance.7.phase_rad: the key is not known here; nearest: rig.unbalance.0.phase_rad"),
+    (("uniform: [0.01, 0.2]", "normal: [0.01, 0.2]"), "drawn.rig.auxiliary_bearing.friction_coefficient.uniform: the key is missing"),
+])
+def test_a_wrong_probability_of_drops_is_refused_by_name(change, words, tmp_path, capsys):
+    text = (ROOT / "config/thesis/drop_probability.yaml").read_text()
+    assert change[0] in text
+    text = text.replace(change[0], change[1], 1)
+    for name in ("drop_model.yaml", "drop_150_hz.yaml"):
+        text = text.replace(f" {name}", f" {ROOT}/config/thesis/{name}")
+    (tmp_path / "p.yaml").write_text(text)
+    assert cli.main(["sweep", str(tmp_path / "p.yaml"), "--out", str(tmp_path / "o")]) == 2
+    assert words in capsys.readouterr().err
+
+
 # ---- basins
 def test_a_basin_without_friction_has_no_dry_whirl_and_turns_with_the_direction():
     document = basin.read_basin(ROOT / "config" / "thesis" / "basin_knock.yaml")
@@ -230,6 +401,41 @@ def test_a_basin_without_friction_has_no_dry_whirl_and_turns_with_the_direction(
 
 
 # ---- branches
+def test_a_bifurcation_is_told_with_its_own_multiplier():
+    from amb_rotor.cli.continuation import critical
+    unstable = [-2.79 + 0j, -1.0 + 0j, 0.3 + 0.2j, 0.3 - 0.2j]
+    assert critical({"kind": "flip", "multipliers": unstable}) == -1.0
+    assert critical({"kind": "grazing", "multipliers": unstable}) == -2.79
+    assert critical({"kind": "fold", "multipliers": [1.7 + 0j, 1.0 + 0j, 0.1 + 0j, 0j]}) == 1.0
+    assert critical({"kind": "neimark_sacker", "multipliers": [2.0 + 0j, 0.6 - 0.8j, 0.6 + 0.8j, 0.1 + 0j]}) == 0.6 + 0.8j
+
+
+def test_a_branch_over_one_of_two_swept_parameters_is_refused(tmp_path, capsys):
+    text = SMALL_MAP + """continuation: {parameter: friction, from: 0.01, to: 0.04, step: 0.01,
+               starts: [{at: 0.015, turns: 1, x: 0, y: 0, vx: 0, vy: 0}]}
+"""
+    (tmp_path / "s.yaml").write_text(text)
+    assert cli.main(["continue", str(tmp_path / "s.yaml"), "--out", str(tmp_path / "o")]) == 2
+    assert "frequency_ratio is swept, so it has no value here" in capsys.readouterr().err
+
+
+def test_a_branch_in_the_clearance_and_the_direction(tmp_path, capsys):
+    text = (ROOT / "config/thesis/fig_6_2.yaml").read_text()
+    head, _ = text.split("continuation:")
+    head = head.replace("  - {parameter: frequency_ratio, from: 0.55, to: 1.5, step: 0.0073}",
+                        "  - {parameter: clearance, from: 0.95, to: 1.05, count: 3}")
+    head = head.replace("parameters:", "parameters:\n  frequency_ratio: 0.905", 1)
+    (tmp_path / "s.yaml").write_text(head + """continuation:
+  parameter: clearance
+  from: 0.97
+  to: 1.03
+  step: 0.01
+  starts: [{at: 1.0, turns: 1, x: 0, y: 0, vx: 0, vy: 0}]
+""")
+    assert cli.main(["continue", str(tmp_path / "s.yaml"), "--out", str(tmp_path / "o")]) == 0
+    assert "period 1" in capsys.readouterr().out
+
+
 def test_harmonic_balance_agrees_with_a_branch():
     from amb_rotor import _core
     from amb_rotor.cli import continuation

@@ -81,6 +81,65 @@ TEST(Continuation, GrazingIsWhereTheFreeMotionReachesTheClearance) {
   EXPECT_NEAR(grazing->at.parameter, 0.7 / gain, 1e-4);
 }
 
+TEST(Continuation, FollowsNamesThatAreNoFieldsOfTheMachine) {
+  // Figure 6.2's motion of period 1 in contact, along the length and the direction of the displacement and
+  // along the clearance: the branch ends where the lanes settle to, and the derivative is that of
+  // differences.
+  const std::pair<const char*, double> ways[] = {
+      {"misalignment", 0.66}, {"misalignment_angle_deg", 215.0}, {"clearance", 0.97}};
+  const NamedValues all = {{"frequency_ratio", 0.905},
+                           {"misalignment", 0.62},
+                           {"misalignment_angle_deg", 230.0},
+                           {"clearance", 1.0}};
+  for (const auto& [name, to] : ways) {
+    ContinuationProblem problem;
+    problem.parameter = name;
+    double from = 0.0;
+    for (const auto& [key, value] : all) {
+      if (key == name) {
+        from = value;
+      } else {
+        problem.parameters.emplace_back(key, value);
+      }
+    }
+    const auto settledAt = [&](double value) {
+      BasicLaneOptions run;
+      run.steps_per_turn = 1000;
+      run.turns_skipped = 960;
+      run.turns_kept = 0;
+      return runBasicLanes({problem.machineAt(value)}, {{}}, run).end.front();
+    };
+    BasicOrbitOptions orbit = problem.orbit;
+    orbit.direction = problem.directionAt(from);
+    const auto start = settledAt(from);
+    const double h = 1e-5 * (to - from);
+    const auto found = basicOrbit(problem.machineAt(from), start, 1, orbit);
+    const auto above = basicOrbit(problem.machineAt(from + h), start, 1, orbit).end;
+    const auto below = basicOrbit(problem.machineAt(from - h), start, 1, orbit).end;
+    // Differences over 1e-5 of the way: 1e-10 of the square of it, and the orbit's 1e-10 over h.
+    EXPECT_NEAR(found.by_parameter[0], (above.x - below.x) / (2.0 * h), 1e-5 * (1.0 + 1e-5 / std::abs(h)))
+        << name;
+    EXPECT_GT(found.touch_downs, 0) << name;
+
+    ContinuationOptions options;
+    options.from = std::min(from, to);
+    options.to = std::max(from, to);
+    const Branch branch = followBranch(problem, options, from, start, 1);
+    double nearest = 1e9;
+    BranchPoint at;
+    for (const auto& point : branch.points) {
+      if (std::abs(point.parameter - to) < nearest) {
+        nearest = std::abs(point.parameter - to);
+        at = point;
+      }
+    }
+    ASSERT_LT(nearest, 0.2 * std::abs(to - from)) << name << ": " << branch.ended;
+    // The lanes' section is within 1e-4 of the event-accurate one at 1000 steps a turn.
+    EXPECT_NEAR(at.state.x, settledAt(at.parameter).x, 2e-4) << name << " at " << at.parameter;
+    EXPECT_TRUE(at.stable) << name;
+  }
+}
+
 TEST(Continuation, ADoubledMotionEndsAtTheFlipsOfTheMotionItBranchesFrom) {
   // The displaced bearing of figure 6.2: between two flips of the motion of period 1 there is one of
   // period 2.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -88,6 +90,72 @@ TEST(BasicSweep, PartsOfTheGridAreTheWhole) {
     EXPECT_EQ(part.lanes.end[i].x, whole.lanes.end[i + 3].x);
     EXPECT_EQ(part.motions[i].regime, whole.motions[i + 3].regime);
   }
+}
+
+TEST(BasicSweep, AWiderBearingIsTheSameMachineWithAnotherClearance) {
+  // (5.6) with Hertz contact and sliding friction in the file's lengths, clearance c = 1.5, by a Runge-Kutta
+  // of its own: nothing here is over the clearance.
+  const double c = 1.5, eta = 0.9, d = 0.1, e = 0.4, kappa = 20.0, a = 0.3, mu = 0.1, rho = 30.0, v0 = 0.2,
+               xs = 0.6;
+  const NamedValues values = {
+      {"frequency_ratio", eta},     {"damping", d},   {"eccentricity", e},     {"hertz_stiffness", kappa},
+      {"hertz_damping", a},         {"friction", mu}, {"surface_radius", rho}, {"misalignment", xs},
+      {"regularisation_speed", v0}, {"clearance", c}};
+  using Four = std::array<double, 4>;
+  const auto rate = [&](double t, const Four& q) {
+    const double u = q[0] - xs, v = q[1], r = std::hypot(u, v), depth = r - c;
+    Four f{q[2], q[3], eta * eta * e * std::cos(eta * t) - d * q[2] - q[0],
+           eta * eta * e * std::sin(eta * t) - d * q[3] - q[1]};
+    if (depth > 0.0) {
+      const double n =
+          kappa * std::pow(depth, 1.5) * std::max(0.0, 1.0 + 1.5 * a * (u * q[2] + v * q[3]) / r);
+      const double s = mu * std::tanh((eta * rho + (u * q[3] - v * q[2]) / r) / v0);
+      f[2] -= n * (u - s * v) / r;
+      f[3] -= n * (v + s * u) / r;
+    }
+    return f;
+  };
+  Four q{0.3, 0.0, 0.0, 0.5};
+  const int steps = 60000, turns = 3;
+  const double h = 2.0 * 3.14159265358979323846 * turns / (eta * steps);
+  const auto plus = [](const Four& x, double f, const Four& y) {
+    return Four{x[0] + f * y[0], x[1] + f * y[1], x[2] + f * y[2], x[3] + f * y[3]};
+  };
+  double furthest = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double t = i * h;
+    const Four k1 = rate(t, q), k2 = rate(t + h / 2, plus(q, h / 2, k1)),
+               k3 = rate(t + h / 2, plus(q, h / 2, k2)), k4 = rate(t + h, plus(q, h, k3));
+    q = plus(plus(plus(plus(q, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
+    furthest = std::max(furthest, std::hypot(q[0] - xs, q[1]));
+  }
+  ASSERT_GT(furthest, 1.02 * c) << "it must touch";
+  BasicLaneOptions run;
+  run.contact = BasicContact::hertz;
+  run.friction = BasicFriction::sliding;
+  run.steps_per_turn = 4000;
+  run.turns_skipped = turns;
+  run.turns_kept = 0;
+  const auto end =
+      runBasicLanes({basicParametersFrom(values)}, {overOwnClearance({0.3, 0.0, 0.0, 0.5}, values)}, run)
+          .end.front();
+  // 4000 steps a turn, order 4 but for the steps of the contact's ends: 1e-6.
+  EXPECT_NEAR(c * end.x, q[0], 1e-5);
+  EXPECT_NEAR(c * end.y, q[1], 1e-5);
+  EXPECT_NEAR(c * end.vx, q[2], 1e-5);
+}
+
+TEST(BasicSweepFile, TheClearanceIsSweptOverTheFilesOwn) {
+  std::string text = changed("friction, values: [0.0, 0.1]", "clearance, values: [1.0, 2.0]");
+  text.replace(text.find("friction_sign: 1,"), 17, "friction_sign: 1, friction: 0.1,");
+  text.replace(text.find("{x: 0,"), 6, "{x: 1,");
+  const auto sweep = readBasicSweep(fileWith(text));
+  EXPECT_EQ(sweep.machineAt(0).eccentricity, 0.0973);
+  EXPECT_EQ(sweep.machineAt(4).eccentricity, 0.0973 / 2.0);
+  EXPECT_EQ(sweep.machineAt(4).misalignment_y, 0.25);
+  EXPECT_EQ(sweep.initialAt(4).x, 0.5);
+  text.replace(text.find("[1.0, 2.0]"), 10, "[1.0, 0.0]");
+  expectFault(text, "parameters.clearance");
 }
 
 std::vector<BasicState<double>> logistic(double r, int turns) {

@@ -69,6 +69,8 @@ struct ContinuationProblem {
   BasicOrbitOptions orbit;
 
   BasicParameters<double> machineAt(double value) const;
+  /// d(machine)/d(value).
+  BasicParameters<double> directionAt(double value) const;
 };
 
 /// The branch through the motion of `turns` turns near the given state. @throw InputError: there is none.

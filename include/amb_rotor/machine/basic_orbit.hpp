@@ -2,11 +2,11 @@
 // Event-accurate motion of one basic model, with its derivatives: the reference that the lanes are tested
 // against, and what the continuation of periodic motions is built from.
 //
-// Linear contact with spin friction: Taylor series (src/machine/basic_taylor.hpp), whose events are roots of the step's
-// own polynomial. Hertz contact and sliding friction: Dormand and Prince 5(4), step control on value and derivatives;
-// every touch-down and lift-off is located (root of r^2 - 1 on the step, which is then repeated with exactly that
-// length). Between events the branch of the force is fixed, so that no step straddles a kink. The independent variable
-// is the phase phi = eta t, so a turn is 2 pi whatever the speed.
+// Linear contact with spin friction: Taylor series (src/machine/basic_taylor.hpp), whose events are roots of
+// the step's own polynomial. Hertz contact and sliding friction: Dormand and Prince 5(4), step control on
+// value and derivatives; every touch-down and lift-off is located (root of r^2 - 1 on the step, which is then
+// repeated with exactly that length). Between events the branch of the force is fixed, so that no step
+// straddles a kink. The independent variable is the phase phi = eta t, so a turn is 2 pi whatever the speed.
 //
 // Derivatives with respect to the initial state and one parameter are carried as dual numbers. At an event
 // they jump by the saltation matrix S = I + (f+ - f-) n^T / (n . f-); the vector field of the basic model is
@@ -19,7 +19,7 @@
 // Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, chapter 7.
 #include <Eigen/Core>
 #include <functional>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "amb_rotor/machine/basic_lanes.hpp"
@@ -30,7 +30,8 @@ struct BasicOrbitOptions {
   BasicContact contact = BasicContact::linear;
   BasicFriction friction = BasicFriction::spin;
   double tolerance = 1e-10;  ///< absolute, of displacement, velocity and their derivatives
-  std::string parameter;     ///< field of BasicParameters to differentiate by; empty: none
+  /// d(parameters)/d(the number that is differentiated by), field by field; empty: none.
+  std::optional<BasicParameters<double>> direction;
   long step_limit = 10000000;
 };
 
@@ -47,8 +48,8 @@ struct BasicOrbit {
   bool finite = true;
 };
 
-/// Called at every accepted step and event, and inside steps by series every 0.02 rad: phase [rad], state (velocities
-/// in clearance w_n), in contact.
+/// Called at every accepted step and event, and inside steps by series every 0.02 rad: phase [rad], state
+/// (velocities in clearance w_n), in contact.
 using BasicObserver = std::function<void(double, const BasicState<double>&, bool)>;
 
 /// The motion from phase 0 over whole turns, without derivatives.

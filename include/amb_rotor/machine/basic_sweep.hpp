@@ -13,6 +13,9 @@
 
 namespace amb_rotor {
 
+/// A value of a parameter as a file names it.
+using NamedValues = std::vector<std::pair<std::string, double>>;
+
 /// One axis of the grid.
 struct SweptParameter {
   std::string parameter;
@@ -33,9 +36,6 @@ struct ContinuationRequest {
   std::vector<Start> starts;
 };
 
-/// A value of a parameter as a file names it.
-using NamedValues = std::vector<std::pair<std::string, double>>;
-
 /// What a sweep file says.
 struct BasicSweep {
   std::string name, title, source;
@@ -50,13 +50,26 @@ struct BasicSweep {
   /// Swept values of a point, in the order of `swept`.
   std::vector<double> valuesAt(std::size_t point) const;
   BasicParameters<double> machineAt(std::size_t point) const;
+  BasicState<double> initialAt(std::size_t point) const;  ///< over the point's clearance
+
+ private:
+  NamedValues namedAt(std::size_t point) const;
 };
 
+/// The clearance over the one that all other lengths of a file are over, c: the same machine in a wider or
+/// narrower bearing. Its own dimensionless values are e/c, x_s/c, y_s/c, rho/c, v_0/c, kappa sqrt(c) and a c,
+/// its states over its own clearance. 1 where it is not named.
+extern const char* const clearance_name;
 /// Names that a file may give or sweep: those of BasicParameters, with the polar form of the misalignment
-/// (misalignment, misalignment_angle_deg) and unbalance_phase_deg instead of their plain fields.
+/// (misalignment, misalignment_angle_deg) and unbalance_phase_deg instead of their plain fields, and the
+/// clearance.
 std::vector<std::string> basicParameterNames();
-/// Machine with the named values set. @throw InputError: a name that is not known.
+/// Machine with the named values set. @throw InputError: a name that is not known, a clearance of 0 or less.
 BasicParameters<double> basicParametersFrom(const NamedValues& values);
+/// The named clearance, 1 without one. @throw InputError: 0 or less.
+double clearanceOf(const NamedValues& values);
+/// A state over the file's clearance as one over the machine's own.
+BasicState<double> overOwnClearance(const BasicState<double>& state, const NamedValues& values);
 
 BasicSweep readBasicSweep(const std::string& path);
 

@@ -34,6 +34,7 @@ COMMANDS = {
     "critical-speeds": "critical_speeds",
     "margins": "margins",
     "reduce": "reduce",
+    "analyse": "analyse",
     "sweep": "sweep",
     "continue": "continuation",
     "identify": "identify",

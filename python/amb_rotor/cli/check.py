@@ -65,13 +65,25 @@ def _check_file(path: pathlib.Path, kind: str) -> str:
         from amb_rotor.sweeps import drops
         document = drops.read_drops(path)
         return f"map of drops {document['name']}: {drops.size(document)} drops"
+    if kind == "amb-figure/1":
+        from amb_rotor.sweeps import figures
+        return f"figure {figures.read_figure(path)['name']}"
+    if kind == "amb-basin/1":
+        from amb_rotor.sweeps import basin
+        document = basin.read_basin(path)
+        return f"basin {document['name']}: {len(document['speed']) * len(document['direction_deg'])} knocks"
+    if kind in ("amb-probability/1", "amb-drop-probability/1"):
+        from amb_rotor.sweeps import drop_probability, probability
+        document = (probability.read_probability if kind == "amb-probability/1" else drop_probability.read)(path)
+        return f"probability {document['name']}: {document['samples']} samples of {1 + len(document['changes'])} designs"
     if kind == "amb-effect/1":
         effect = _core.read_effect(str(path))
         return f"effect {effect['id']}: {', '.join(p['name'] for p in effect['parameters'])}"
     if kind == "amb-diagnosis/1":
         return "diagnosis"
     raise InputError(f"{path}: format {kind!r} is not known; amb-model/1, amb-scenario/1, amb-sweep/1, amb-search/1, "
-                     "amb-drop-map/1, amb-effect/1, amb-rotor-geometry/1, amb-dataset/1 are")
+                     "amb-figure/1, amb-basin/1, amb-probability/1, amb-drop-map/1, amb-drop-probability/1, amb-effect/1, "
+                     "amb-rotor-geometry/1, amb-dataset/1 are")
 
 
 def run(args) -> int:

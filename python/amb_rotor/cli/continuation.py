@@ -21,6 +21,17 @@ def _plain(point: dict) -> dict:
     return plain
 
 
+def critical(mark: dict) -> complex:
+    """The multiplier that a bifurcation is about: at +1, at -1, on the unit circle; at grazing, which has none, the largest."""
+    multipliers = mark["multipliers"]
+    if mark["kind"] in ("fold", "flip"):
+        return min(multipliers, key=lambda value: abs(value - (1.0 if mark["kind"] == "fold" else -1.0)))
+    if mark["kind"] == "neimark_sacker":
+        return min((value for value in multipliers if value.imag > 0.0), key=lambda value: abs(abs(value) - 1.0),
+                   default=multipliers[0])
+    return multipliers[0]
+
+
 CHECKED = 12  # points of a branch that harmonic balance is run at
 HARMONICS = 64  # a turn
 
@@ -59,9 +70,9 @@ def run(args) -> int:
         print(f"period {branch['turns']}: {len(branch['points'])} points, {sweep.continued_parameter} {low:.5g} to "
               f"{high:.5g}, {stable} stable; {branch['ended'].rstrip('; ')}")
         for mark in branch["bifurcations"]:
-            largest = mark["multipliers"][0]
-            print(f"    {mark['kind']:<15} at {mark['parameter']:.6f}  multiplier {largest.real:+.5f} "
-                  f"{largest.imag:+.5f}j  x {mark['state'][0]:+.5f}  touch-downs {mark['touch_downs']}")
+            multiplier = critical(mark)
+            print(f"    {mark['kind']:<15} at {mark['parameter']:.6f}  multiplier {multiplier.real:+.5f} "
+                  f"{multiplier.imag:+.5f}j  x {mark['state'][0]:+.5f}  touch-downs {mark['touch_downs']}")
     print(f"{len(found)} branches, {seconds:.1f} s")
     for branch in found if args.check else []:
         branch["harmonic_balance"] = check = balance_check(sweep, branch)

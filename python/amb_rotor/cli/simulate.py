@@ -19,7 +19,7 @@ def add_arguments(parser) -> None:
                                                    "(default: out/simulate-NAME/run.csv)")
     parser.add_argument("--motion-from", metavar="S", type=float,
                         help="say what the rotor does in its auxiliary bearings from this instant on")
-    parser.add_argument("--picture", metavar="PNG", help="orbit, spectrum and time history; needs --motion-from")
+    parser.add_argument("--picture", metavar="FILE", help="orbit, spectrum and time history, .png or .svg; needs --motion-from")
 
 
 def write_csv(path: pathlib.Path, columns: dict) -> None:
@@ -61,6 +61,8 @@ def run(args) -> int:
         pathlib.Path("out") / f"simulate-{models.stem(args.scenario)}" / "run.csv"
     if not path.name.endswith((".csv", ".csv.gz", ".npz", ".bag")):
         raise InputError(f"{path}: must end in .csv, .csv.gz, .npz or .bag")
+    if args.picture and not args.picture.endswith((".png", ".svg")):
+        raise InputError(f"--picture {args.picture}: must end in .png or .svg")
     if args.picture and args.motion_from is None:
         raise InputError("--picture: needs --motion-from")
     if args.motion_from is not None and not 0.0 <= args.motion_from < scenario.duration_s:

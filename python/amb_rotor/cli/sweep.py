@@ -17,7 +17,7 @@ REGIMES = ("no_contact", "period", "quasi_periodic", "chaotic", "full_annular_ru
 
 def add_arguments(parser) -> None:
     parser.add_argument("sweep", metavar="SWEEP", help="file of format amb-sweep/1, amb-search/1, amb-figure/1, "
-                        "amb-basin/1, amb-probability/1 or amb-drop-map/1")
+                        "amb-basin/1, amb-probability/1, amb-drop-map/1 or amb-drop-probability/1")
     common.add_out(parser, "sweep")
     parser.add_argument("--engine", choices=("local", "dask"), default="local",
                         help="local: this machine's cores; dask: chunks of the grid on a Dask cluster")
@@ -47,6 +47,9 @@ def run(args) -> int:
     if _format(path) == "amb-basin/1":
         from amb_rotor.sweeps import basin
         return basin.run_command(args, path)
+    if _format(path) == "amb-drop-probability/1":
+        from amb_rotor.sweeps import drop_probability
+        return drop_probability.run_command(args, path)
     if _format(path) == "amb-figure/1":
         from amb_rotor.sweeps import figures
         return figures.run_figure(args, path)
@@ -340,20 +343,10 @@ def _probability(args, path: pathlib.Path) -> int:
     folder = common.out_folder(args, "sweep", document["name"])
     with common.progress_bar(1 + len(document["changes"]), "designs") as bar:
         outcomes, drawn = probability.run_probability(document, bar.update)
-    first = outcomes["as it is"]
-    rows = []
-    for name, outcome in outcomes.items():
-        hits = int(outcome.sum())
-        low, high = probability.wilson(hits, len(outcome))
-        rows.append({"design": name, "probability": hits / len(outcome), "low": low, "high": high,
-                     "change": float(outcome.mean() - first.mean()),
-                     "change_error": probability.paired_error(first, outcome)})
-    print(f"probability of dry whirl, 95 % interval, {len(first)} samples")
-    for row in rows:
-        print(f"  {row['design']:<30} {row['probability']:.4f}  [{row['low']:.4f}, {row['high']:.4f}]  "
-              f"change {row['change']:+.4f} +- {row['change_error']:.4f}")
+    rows = probability.tell(outcomes, "dry whirl")
     common.write_json(args, {"name": document["name"], "designs": rows})
-    pictures = draw.outcomes(document["title"], drawn["friction"], drawn["knock"], first, rows, folder)
+    pictures = draw.outcomes(document["title"], "dry whirl", ("friction", drawn["friction"]), ("knock_speed", drawn["knock"]),
+                             outcomes["as it is"], rows, folder)
     common.report_line(pictures[0])
     return 0
 

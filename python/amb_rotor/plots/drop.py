@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy
 
 from amb_rotor.plots.maps import save
-from amb_rotor.plots.motion import FREE, TOUCHING
+from amb_rotor.plots.motion import FREE, clearance_circle, coloured_orbit
 
 
 def drop(path, columns: dict, clearance: float, from_s: float, title: str):
@@ -15,12 +15,9 @@ def drop(path, columns: dict, clearance: float, from_s: float, title: str):
     figure = plt.figure(figsize=(11.0, 4.6), constrained_layout=True)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
     orbit, spectrum, history = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
-    angle = numpy.linspace(0.0, 2.0 * numpy.pi, 361)
-    orbit.plot(numpy.cos(angle), numpy.sin(angle), color="#555555", lw=1.2, label="clearance")
-    orbit.plot(x, y, color=FREE, lw=0.5, label="free")
-    orbit.plot(numpy.where(touching, x, numpy.nan), numpy.where(touching, y, numpy.nan), color=TOUCHING, lw=0.6,
-               label="touching")
-    orbit.set(aspect="equal", xlabel="x / clearance [-]", ylabel="y / clearance [-]", title=title)
+    clearance_circle(orbit, label="clearance")
+    coloured_orbit(orbit, x, y, touching)
+    orbit.set(xlabel="x / clearance [-]", ylabel="y / clearance [-]", title=title)
     orbit.legend(fontsize=8, loc="upper right", frameon=False)
     signal = columns["aux_bx_m"][part]
     window = numpy.hanning(len(signal))

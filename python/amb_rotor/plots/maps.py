@@ -1,4 +1,4 @@
-"""Campbell diagram, sensitivity, equivalent stiffness and damping as PNG."""
+"""Campbell diagram, sensitivity, equivalent stiffness and damping as PNG and SVG."""
 from __future__ import annotations
 
 from amb_rotor.cli import common
@@ -6,11 +6,12 @@ from amb_rotor.cli import common
 COLOURS = {"forward": "#1f6fb4", "backward": "#c4442d", "planar": "#555555"}
 
 
-def save(figure, path):
-    """Writes a figure whole or not at all."""
+def save(figure, path, *more):
+    """Writes a figure whole or not at all, as the ending of `path` says, and beside it with the endings of `more`."""
     import matplotlib.pyplot as plt
-    with common.atomic_path(path) as part:
-        figure.savefig(part, dpi=130)
+    for target in (path, *(path.with_suffix(suffix) for suffix in more)):
+        with common.atomic_path(target) as part:
+            figure.savefig(part, dpi=130)
     plt.close(figure)
     return path
 
@@ -37,7 +38,7 @@ def campbell(path, title, speeds, rows):
     bottom.axhline(0.0, lw=0.8, color="#999999")
     bottom.set_ylabel("damping ratio [-]")
     bottom.set_xlabel("speed [Hz]")
-    return save(figure, path)
+    return save(figure, path, ".svg")
 
 
 def sensitivity(path, title, frequencies, rows):
@@ -54,7 +55,7 @@ def sensitivity(path, title, frequencies, rows):
     axes.set_ylabel("sensitivity [dB]")
     axes.set_title(f"{title}: ISO 14839-3")
     axes.legend(frameon=False, ncol=4)
-    return save(figure, path)
+    return save(figure, path, ".svg")
 
 
 def equivalent(path, title, bearings):
@@ -70,4 +71,4 @@ def equivalent(path, title, bearings):
     panels[0].set_title(f"{title}: each bearing, by the response of its control")
     panels[0].legend(frameon=False, ncol=4)
     panels[1].set_xlabel("frequency [Hz]")
-    return save(figure, path)
+    return save(figure, path, ".svg")

@@ -15,17 +15,19 @@ def end_motion(table: dict, end: str, clearance: float):
     return x, y, table[f"normal_{end}_N"] > 0.0
 
 
-def _circle(axes):
+def clearance_circle(axes, centre=(0.0, 0.0), label: str | None = None):
     angle = numpy.linspace(0.0, 2.0 * numpy.pi, 361)
-    axes.plot(numpy.cos(angle), numpy.sin(angle), color="#555555", lw=1.2)
+    axes.plot(centre[0] + numpy.cos(angle), centre[1] + numpy.sin(angle), color="#666666", lw=1.1, label=label)
     axes.set_aspect("equal")
-    axes.set_xlabel("x / clearance [-]")
 
 
-def _phases(axes, x, y, touching):
-    """The orbit, red where it touches."""
-    axes.plot(x, y, color=FREE, lw=0.6)
-    axes.plot(numpy.where(touching, x, numpy.nan), numpy.where(touching, y, numpy.nan), color=TOUCHING, lw=0.8)
+def coloured_orbit(axes, x, y, touching, text: str = "in contact"):
+    """The orbit, red where it touches; the sample on either side of a contact belongs to it."""
+    wide = touching.copy()
+    wide[1:] |= touching[:-1]
+    wide[:-1] |= touching[1:]
+    axes.plot(x, y, color=FREE, lw=0.6, label="free")
+    axes.plot(numpy.where(wide, x, numpy.nan), numpy.where(wide, y, numpy.nan), color=TOUCHING, lw=0.8, label=text)
 
 
 def orbit(path, table: dict, clearance: float, phases: list):
@@ -38,13 +40,13 @@ def orbit(path, table: dict, clearance: float, phases: list):
         for column, (title, begin, finish) in enumerate(phases):
             part = (table["t_s"] >= begin) & (table["t_s"] < finish)
             axes = panes[row][column]
-            _circle(axes)
-            _phases(axes, x[part], y[part], touching[part])
+            clearance_circle(axes)
+            coloured_orbit(axes, x[part], y[part], touching[part])
             if row == 0:
                 axes.set_title(f"{title}\n{begin:g} to {finish:g} s", fontsize=10)
+            else:
+                axes.set_xlabel("x / clearance [-]")
         panes[row][0].set_ylabel(f"end {end}: y / clearance [-]")
-    panes[0][0].plot([], [], color=FREE, label="free")
-    panes[0][0].plot([], [], color=TOUCHING, label="touching")
     panes[0][0].legend(loc="upper right", fontsize=8, frameon=False)
     return save(figure, path)
 
@@ -56,11 +58,11 @@ def poincare(path, table: dict, clearance: float, phases: list):
     x, y, _ = end_motion(table, "b", clearance)
     times, px, py = _core.stroboscopic_section(table["t_s"], table["angle_rad"], x, y)
     figure, axes = plt.subplots(figsize=(5.4, 5.2), constrained_layout=True)
-    _circle(axes)
+    clearance_circle(axes)
     for (title, begin, finish), colour in zip(phases, ("#1f6fb4", "#c4442d", "#2a7d4f", "#7350a8")):
         part = (times >= begin) & (times < finish)
         axes.plot(px[part], py[part], "o", ms=4, color=colour, label=f"{title} ({int(part.sum())} turns)")
-    axes.set_ylabel("y / clearance [-]")
+    axes.set(xlabel="x / clearance [-]", ylabel="y / clearance [-]")
     axes.set_title("Poincare section at the tacho pulse, end b", fontsize=11)
     axes.legend(fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3)
     return save(figure, path)

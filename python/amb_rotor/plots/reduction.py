@@ -1,4 +1,4 @@
-"""A reduction as PNG: Hankel singular values, transfer functions before and after, their difference."""
+"""A reduction as PNG and SVG: Hankel singular values, transfer functions before and after, their difference."""
 from __future__ import annotations
 
 from amb_rotor.plots.maps import save
@@ -27,4 +27,4 @@ def reduction(path, title, frequencies, result):
             axes.axhline(result["error_bound_m_per_N"], color=ERROR, lw=0.8, ls=":", label="its bound")
         axes.set(xlabel="frequency [Hz]", ylabel="displacement over force [m/N]", title=text)
     own.legend(frameon=False, fontsize=8)
-    return save(figure, path)
+    return save(figure, path, ".svg")

@@ -10,33 +10,25 @@ import math
 import pathlib
 
 import numpy
-import yaml
 
-from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-basin/1"
 KEYS = {"format", "name", "title", "source", "contact", "friction_law", "parameters", "direction_deg", "speed", "run"}
 POINTS_AT_ONCE = 4096
 
 
-def _axis(spec, key: str) -> numpy.ndarray:
-    try:
-        values = numpy.linspace(float(spec["from"]), float(spec["to"]), int(spec["count"]))
-    except (TypeError, KeyError, ValueError) as error:
-        raise InputError(f"{key}: from, to and count ({error})") from error
-    return values
-
-
 def read_basin(path: pathlib.Path) -> dict:
-    """@raise InputError"""
-    document = yaml.safe_load(path.read_text())
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(KEYS - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - KEYS)]
-    if faults:
-        raise InputError(faults)
-    for key in ("direction_deg", "speed"):
-        document[key] = _axis(document[key], f"{path}: {key}")
-    return document
+    """@raise InputError: all faults of the file"""
+    document = Document(path, FORMAT)
+    document.keys("", KEYS)
+    document.known("parameters", document.laws())
+    found = dict(document.data, parameters=document.numbers("parameters"), run=document.run("steps_per_turn"),
+                 direction_deg=document.axis("direction_deg"), speed=document.axis("speed"))
+    if "frequency_ratio" not in found["parameters"]:
+        document.fault("parameters/frequency_ratio", "the key is missing")
+    document.done()
+    return found
 
 
 def run_basin(document: dict, progress=None) -> dict:

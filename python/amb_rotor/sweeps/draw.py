@@ -16,12 +16,17 @@ LABELS = {
     "contact_stiffness": "contact stiffness over support stiffness  $\\alpha$",
     "support_stiffness": "support stiffness over its original value",
     "friction": "friction coefficient  $\\mu$",
+    "clearance": "clearance over its original value",
     "misalignment": "displacement of the auxiliary bearing / clearance",
     "misalignment_angle_deg": "direction of the displacement [deg]",
     "eccentricity": "eccentricity / clearance",
     "damping": "damping  $d_1 / (m \\omega_n)$",
     "friction_sign": "friction direction",
     "hertz_stiffness": "Hertz stiffness  $\\kappa \\sqrt{C_s} / k_1$",
+    "scenario.speed.start_hz": "speed at the failure [Hz]",
+    "rig.auxiliary_bearing.friction_coefficient": "friction coefficient  $\\mu$",
+    "rig.unbalance.0.phase_rad": "phase of the unbalance [rad]",
+    "effects.compliant_mount.damping_N_s_per_m": "damping of the mount [N s/m]",
     "knock_speed": "speed of the knock / (clearance $\\omega_n$)",
     "knock_direction_deg": "direction of the knock from the unbalance [deg]",
 }
@@ -179,20 +184,21 @@ def branches(title: str, parameter: str, found: list[dict], folder: pathlib.Path
     return save(figure, folder, "branches")
 
 
-def outcomes(title: str, friction, knock, hit, rows: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:
-    """Which samples ended in dry whirl, and the probability of each design with its interval."""
+def outcomes(title: str, what: str, right_axis: tuple, up_axis: tuple, hit, rows: list[dict],
+             folder: pathlib.Path) -> list[pathlib.Path]:
+    """Which samples ended so, over two drawn values (name, values), and the probability of each design with its interval."""
     pyplot = _pyplot()
     figure, (left, right) = pyplot.subplots(1, 2, figsize=(10, 4.2), gridspec_kw={"width_ratios": [1.3, 1]})
-    for chosen, colour, text in ((~hit, REGIME_COLOURS["no_contact"], "other"), (hit, REGIME_COLOURS["dry_whirl"], "dry whirl")):
-        left.plot(friction[chosen], knock[chosen], ".", markersize=2.5, color=colour, label=text, rasterized=True)
-    left.set(xlabel=label("friction"), ylabel="speed of the knock / (clearance $\\omega_n$)", title=title)
+    for chosen, colour, text in ((~hit, REGIME_COLOURS["no_contact"], "other"), (hit, REGIME_COLOURS["dry_whirl"], what)):
+        left.plot(right_axis[1][chosen], up_axis[1][chosen], ".", markersize=2.5, color=colour, label=text, rasterized=True)
+    left.set(xlabel=label(right_axis[0]), ylabel=label(up_axis[0]), title=title)
     left.legend(fontsize=8, loc="upper left")
     values = numpy.array([row["probability"] for row in rows])
     spread = numpy.array([[row["probability"] - row["low"], row["high"] - row["probability"]] for row in rows]).T
     right.errorbar(values, range(len(rows)), xerr=spread, fmt="o", color=REGIME_COLOURS["dry_whirl"], capsize=3)
     right.set_yticks(range(len(rows)), [row["design"] for row in rows], fontsize=8)
     right.invert_yaxis()
-    right.set(xlabel="probability of dry whirl, 95 % interval")
+    right.set(xlabel=f"probability of {what}, 95 % interval")
     right.grid(alpha=0.3)
     figure.tight_layout()
     return save(figure, folder, "probability")

@@ -5,15 +5,8 @@ import pathlib
 
 import numpy
 
+from amb_rotor.plots.motion import FREE, POINTS, TOUCHING, clearance_circle, coloured_orbit
 from amb_rotor.sweeps.draw import _pyplot, save
-
-FREE, TOUCHING, POINTS = "#1f6fb4", "#c4442d", "#111111"
-
-
-def _circle(axis, centre):
-    angle = numpy.linspace(0.0, 2.0 * numpy.pi, 361)
-    axis.plot(centre[0] + numpy.cos(angle), centre[1] + numpy.sin(angle), color="#777777", lw=1.0)
-    axis.set_aspect("equal")
 
 
 def motion(title: str, found: dict, folder: pathlib.Path, shown_turns: int, per_turn: int):
@@ -33,10 +26,8 @@ def motion(title: str, found: dict, folder: pathlib.Path, shown_turns: int, per_
     section.grid(alpha=0.3)
     last = slice(-shown_turns * per_turn, None)
     touching = found["normal_force"][last] > 0.0
-    _circle(orbit, found["misalignment"])
-    orbit.plot(found["x"][last], found["y"][last], color=FREE, lw=0.7, label="free")
-    orbit.plot(numpy.where(touching, found["x"][last], numpy.nan), numpy.where(touching, found["y"][last], numpy.nan),
-               color=TOUCHING, lw=0.9, label="in contact")
+    clearance_circle(orbit, found["misalignment"])
+    coloured_orbit(orbit, found["x"][last], found["y"][last], touching)
     orbit.set(xlabel="x / clearance", ylabel="y / clearance", title=f"orbit of {shown_turns} turns, clearance circle")
     orbit.legend(fontsize=8, loc="upper right")
     history.plot(found["time"][last], found["x"][last], color=FREE, lw=0.8)

@@ -12,9 +12,7 @@ import math
 import os
 import pathlib
 
-import yaml
-
-from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-drop-map/1"
 KEYS = {"format", "name", "title", "model", "scenario", "motion_from_s", "wanted", "grid", "relative_tolerance"}
@@ -22,35 +20,36 @@ WANTED_KEYS = {"motion", "whirl_from_hz", "whirl_to_hz"}
 KINDS = ("free", "rest", "oscillation", "spring", "forward_whirl", "backward_whirl")
 
 
-def _grid_faults(path: pathlib.Path, grid) -> list[str]:
-    if not isinstance(grid, dict) or not grid:
-        return [f"{path}: grid: path of a number of the model -> list of values"]
-    return [f"{path}: grid.{key}: a list of numbers" for key, values in grid.items()
-            if not isinstance(values, list) or not values or not all(isinstance(v, (int, float)) for v in values)]
+def check(document: Document) -> tuple:
+    """Model and scenario as paths beside the file, None with a fault where there is no file; `wanted` and the rest of what files
+    of drops share."""
+    if document.keys("wanted", ("motion",), WANTED_KEYS):
+        document.choice("wanted/motion", KINDS)
+        for key in set(document.get("wanted")) - {"motion"}:
+            document.number(f"wanted/{key}")
+    document.number("motion_from_s", "at least 0", lambda value: value >= 0.0)
+    document.number("relative_tolerance", "above 0 and at most 0.01", lambda value: 0.0 < value <= 0.01)
+    paths = []
+    for key in ("model", "scenario"):
+        paths.append(document.path.parent / str(document.get(key)))
+        if not paths[-1].is_file():
+            document.fault(key, "there is no such file beside this one")
+            paths[-1] = None
+    return tuple(paths)
 
 
 def read_drops(path: pathlib.Path) -> dict:
-    """The document; its model and scenario as paths beside the file. @raise InputError"""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: {error}") from error
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f"{path}: format: must be {FORMAT}")
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(KEYS - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - KEYS)]
-    if not faults:
-        wanted = document["wanted"]
-        if not isinstance(wanted, dict) or wanted.get("motion") not in KINDS or set(wanted) - WANTED_KEYS:
-            faults.append(f"{path}: wanted: motion ({', '.join(KINDS)}) and, if a rate matters, whirl_from_hz, whirl_to_hz")
-        faults += _grid_faults(path, document["grid"])
-        for key in ("model", "scenario"):
-            document[key] = path.parent / str(document[key])
-            if not document[key].is_file():
-                faults.append(f"{path}: {key}: there is no file {document[key]}")
-    if faults:
-        raise InputError(faults)
-    return document
+    """The file's content; its model and scenario as paths beside it. @raise InputError: all faults of the file"""
+    from amb_rotor import _core
+    document = Document(path, FORMAT)
+    document.keys("", KEYS)
+    model, scenario = check(document)
+    document.known("grid", list(_core.read_model(str(model)).fields) if model else document.get("grid") or [])
+    grid = {key: document.axis(f"grid/{key}").tolist() for key in document.get("grid") or {}}
+    if not grid:
+        document.fault("grid", "path of a number of the model -> list of values")
+    document.done()
+    return dict(document.data, model=model, scenario=scenario, grid=grid)
 
 
 def size(document: dict) -> int:

@@ -21,44 +21,44 @@ import numpy
 import yaml
 
 from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-figure/1"
 KEYS = {"format", "name", "title", "source", "kind", "contact", "friction_law", "parameters", "initial", "run"}
 # Kind -> further keys.
 KINDS = {"motion": set(), "contact_force": {"time"}, "waterfall": {"frequency_ratio"}, "response": {"frequency_ratio"},
          "impact": {"scale"}}
-RUN = {"turns", "kept_turns", "samples_per_turn"}
+SCALE = ("clearance_m", "natural_frequency_rad_s", "stiffness_N_per_m")
 STEPS_PER_TURN = 400  # of the lanes that decide the regime; finer than any contact here needs
 
 
 def read_figure(path: pathlib.Path) -> dict:
-    """@raise InputError: all faults of the file's keys"""
-    document = yaml.safe_load(path.read_text())
+    """@raise InputError: all faults of the file"""
+    document = Document(path, FORMAT)
     kind = document.get("kind")
     if kind == "magnet_force":
         from amb_rotor.sweeps import magnet
         return magnet.read(path)
     if kind not in KINDS:
-        raise InputError(f"{path}: kind: {kind} is none of {', '.join(KINDS)}, magnet_force")
-    wanted = KEYS | KINDS[kind]
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(wanted - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - wanted)]
-    if not faults:
-        run = document["run"]
-        if set(run) != RUN or not all(isinstance(value, int) and value > 0 for value in run.values()):
-            faults.append(f"{path}: run: {', '.join(sorted(RUN))}, whole numbers above 0")
-        elif run["kept_turns"] > run["turns"]:
-            faults.append(f"{path}: run.kept_turns: at most `turns`")
-        if set(document["initial"]) != {"x", "y", "vx", "vy"}:
-            faults.append(f"{path}: initial: x, y, vx, vy")
-        for key in ("parameters", "initial", "scale"):
-            try:  # YAML reads 1e-9 without a point as text
-                document[key] = {name: float(value) for name, value in document.get(key, {}).items()}
-            except (TypeError, ValueError, AttributeError):
-                faults.append(f"{path}: {key}: names with numbers")
-    if faults:
-        raise InputError(faults)
-    return document
+        document.fault("kind", f"is none of {', '.join(KINDS)}, magnet_force")
+        document.done()
+    document.keys("", KEYS | KINDS[kind])
+    known = document.laws()
+    document.known("parameters", known)
+    figure = dict(document.data, parameters=document.numbers("parameters"), run=document.run("samples_per_turn"),
+                  initial=document.numbers("initial", ("x", "y", "vx", "vy")))
+    if "scale" in KINDS[kind]:
+        figure["scale"] = document.numbers("scale", SCALE)
+    if "frequency_ratio" in KINDS[kind]:
+        figure["frequency_ratio"] = document.axis("frequency_ratio")
+    elif "frequency_ratio" not in figure["parameters"]:
+        document.fault("parameters/frequency_ratio", "the key is missing")
+    if "time" in KINDS[kind]:
+        figure["time"] = document.axis("time")
+        if len(figure["time"]) != 2 or not 0.0 <= figure["time"][0] < figure["time"][1]:
+            document.fault("time", "must be [from, to], from at least 0 and below to")
+    document.done()
+    return figure
 
 
 def _record(figure: dict, parameters: dict, initial, kept: int | None = None, skipped: int | None = None) -> dict:
@@ -105,7 +105,7 @@ def motion(figure: dict) -> dict:
 
 def contact_force(figure: dict) -> dict:
     """Normal force over the dimensionless time from `time[0]` to `time[1]`."""
-    begin, end = map(float, figure["time"])
+    begin, end = figure["time"]
     eta = figure["parameters"]["frequency_ratio"]
     skipped = math.floor(begin * eta / (2.0 * math.pi))
     kept = math.ceil(end * eta / (2.0 * math.pi)) - skipped
@@ -117,11 +117,6 @@ def contact_force(figure: dict) -> dict:
     return found
 
 
-def _frequencies(figure: dict) -> numpy.ndarray:
-    spec = figure["frequency_ratio"]
-    return numpy.linspace(float(spec["from"]), float(spec["to"]), int(spec["count"]))
-
-
 def order_amplitude(signal, per_turn: int, order: float) -> float:
     """Amplitude of a harmonic of the shaft over whole turns (over whole periods for half orders)."""
     angle = 2.0 * math.pi * order * numpy.arange(len(signal)) / per_turn
@@ -130,7 +125,7 @@ def order_amplitude(signal, per_turn: int, order: float) -> float:
 
 def waterfall(figure: dict, progress=None) -> dict:
     """Amplitude spectra of x (Hann window) at each driving frequency; frequencies over the natural one."""
-    frequencies = _frequencies(figure)
+    frequencies = figure["frequency_ratio"]
     per_turn, kept = figure["run"]["samples_per_turn"], figure["run"]["kept_turns"]
     count = per_turn * kept
     window = numpy.hanning(count + 1)[:-1]
@@ -149,7 +144,7 @@ def waterfall(figure: dict, progress=None) -> dict:
 def response(figure: dict, progress=None) -> dict:
     """Synchronous amplitude of x and largest radius, run up and run down; the closed forms beside it."""
     from amb_rotor import _core
-    frequencies = _frequencies(figure)
+    frequencies = figure["frequency_ratio"]
     per_turn = figure["run"]["samples_per_turn"]
     found = {"driving": frequencies}
     for name, order in (("up", range(len(frequencies))), ("down", range(len(frequencies) - 1, -1, -1))):
@@ -249,7 +244,7 @@ def _contact_force(figure, folder, draw, common):
 
 
 def _waterfall(figure, folder, draw, common):
-    with common.progress_bar(int(figure["frequency_ratio"]["count"]), "speeds") as bar:
+    with common.progress_bar(len(figure["frequency_ratio"]), "speeds") as bar:
         found = waterfall(figure, bar.update)
     numbers = {}
     for order, column in found["orders"].items():
@@ -263,7 +258,7 @@ def _waterfall(figure, folder, draw, common):
 
 
 def _response(figure, folder, draw, common):
-    with common.progress_bar(2 * int(figure["frequency_ratio"]["count"]), "speeds") as bar:
+    with common.progress_bar(2 * len(figure["frequency_ratio"]), "speeds") as bar:
         found = response(figure, bar.update)
     numbers = {}
     for name, sense in (("up", 1), ("down", -1)):

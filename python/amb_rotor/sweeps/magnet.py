@@ -8,9 +8,8 @@ from __future__ import annotations
 import pathlib
 
 import numpy
-import yaml
 
-from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 KEYS = ("format", "name", "title", "source", "kind", "magnet", "iron_T", "current_A", "air_gap_m")
 MAGNET = ("windings", "pole_area_m2", "force_angle_rad")
@@ -18,26 +17,17 @@ LINES = 5  # currents that get a line of their own
 
 
 def read(path: pathlib.Path) -> dict:
-    """@raise InputError: all faults of the file's keys"""
-    document = yaml.safe_load(path.read_text())
-    faults = [f"{path}: {key}: the key is missing" for key in KEYS if key not in document]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - set(KEYS))]
-    if faults:
-        raise InputError(faults)
-    try:
-        document["magnet"] = {key: float(document["magnet"][key]) for key in MAGNET}
-        document["iron_T"] = float(document["iron_T"])
-    except (TypeError, ValueError, KeyError):
-        raise InputError(f"{path}: magnet: {', '.join(MAGNET)}, and iron_T: numbers") from None
+    """@raise InputError: all faults of the file"""
+    document = Document(path, "amb-figure/1")
+    document.keys("", KEYS)
+    found = dict(document.data, magnet=document.numbers("magnet", MAGNET),
+                 iron_T=document.number("iron_T", "above 0", lambda value: value > 0.0))
     for key in ("current_A", "air_gap_m"):
-        try:
-            first, last, count = (document[key][name] for name in ("from", "to", "count"))
-            document[key] = numpy.linspace(float(first), float(last), int(count))
-        except (TypeError, ValueError, KeyError):
-            raise InputError(f"{path}: {key}: from, to, count") from None
-        if document[key].min() <= 0.0:
-            raise InputError(f"{path}: {key}: must be above 0")
-    return document
+        found[key] = document.axis(key)
+        if not (found[key] > 0.0).all():
+            document.fault(key, "must be above 0")
+    document.done()
+    return found
 
 
 def run_figure(args, path: pathlib.Path) -> int:

@@ -10,9 +10,8 @@ import math
 import pathlib
 
 import numpy
-import yaml
 
-from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-probability/1"
 KEYS = {"format", "name", "title", "contact", "friction_law", "parameters", "knock", "samples", "seed", "run", "changes"}
@@ -34,24 +33,60 @@ def paired_error(before: numpy.ndarray, after: numpy.ndarray) -> float:
     return math.sqrt(max(better + worse - (better - worse) ** 2 / n, 0.0)) / n
 
 
+def tell(outcomes: dict, what: str) -> list[dict]:
+    """Prints and returns each design's probability, its interval, and its difference from the first design's."""
+    first = next(iter(outcomes.values()))
+    print(f"probability of {what}, 95 % interval, {len(first)} samples")
+    rows = []
+    for name, outcome in outcomes.items():
+        hits = int(outcome.sum())
+        low, high = wilson(hits, len(outcome))
+        rows.append({"design": name, "probability": hits / len(outcome), "low": low, "high": high,
+                     "change": float(outcome.mean() - first.mean()), "change_error": paired_error(first, outcome)})
+        print(f"  {name:<30} {rows[-1]['probability']:.4f}  [{low:.4f}, {high:.4f}]  "
+              f"change {rows[-1]['change']:+.4f} +- {rows[-1]['change_error']:.4f}")
+    return rows
+
+
+def check_drawn(document: Document, key: str) -> None:
+    """A number, or {uniform: [least, largest]}."""
+    spec = document.get(key)
+    if not isinstance(spec, dict):
+        document.number(key, "a number, or {uniform: [least, largest]}")
+    elif document.keys(key, ("uniform",)):
+        ends = document.axis(f"{key}/uniform")
+        if len(ends) != 2 or not ends[0] <= ends[1]:
+            document.fault(f"{key}/uniform", "must be [least, largest]")
+
+
+def check_changes(document: Document, names) -> None:
+    """Designs, each with factors above 0 on some of the names."""
+    document.keys("changes", (), document.get("changes") or ())
+    for design in document.get("changes") or ():
+        if document.keys(f"changes/{design}", (), names):
+            for name in document.get(f"changes/{design}"):
+                document.number(f"changes/{design}/{name}", "a factor above 0", lambda factor: factor > 0.0)
+
+
+def drawn(spec, random, samples: int) -> numpy.ndarray:
+    return random.uniform(*map(float, spec["uniform"]), samples) if isinstance(spec, dict) else numpy.full(samples, float(spec))
+
+
 def read_probability(path: pathlib.Path) -> dict:
-    """@raise InputError"""
-    document = yaml.safe_load(path.read_text())
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(KEYS - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - KEYS)]
-    if faults:
-        raise InputError(faults)
-    if not isinstance(document["samples"], int) or document["samples"] < 1:
-        raise InputError(f"{path}: samples: must be a whole number of at least 1")
-    return document
-
-
-def _drawn(spec, random, samples: int, key: str) -> numpy.ndarray:
-    if isinstance(spec, (int, float)):
-        return numpy.full(samples, float(spec))
-    if isinstance(spec, dict) and set(spec) == {"uniform"} and len(spec["uniform"]) == 2:
-        return random.uniform(*map(float, spec["uniform"]), samples)
-    raise InputError(f"{key}: a number, or {{uniform: [least, largest]}}")
+    """@raise InputError: all faults of the file"""
+    document = Document(path, FORMAT)
+    document.keys("", KEYS)
+    document.known("parameters", document.laws())
+    parameters = document.get("parameters")
+    for name in parameters if isinstance(parameters, dict) else ():
+        check_drawn(document, f"parameters/{name}")
+    check_drawn(document, "knock")
+    check_changes(document, list(parameters) if isinstance(parameters, dict) else [])
+    document.whole("samples", 1)
+    document.whole("seed", 0)
+    found = dict(document.data, run=document.run("steps_per_turn"))
+    document.done()
+    return found
 
 
 def run_probability(document: dict, progress=None) -> tuple[dict, dict]:
@@ -59,17 +94,14 @@ def run_probability(document: dict, progress=None) -> tuple[dict, dict]:
     from amb_rotor import _core
     random = numpy.random.default_rng(document["seed"])
     samples, run = document["samples"], document["run"]
-    columns = {key: _drawn(spec, random, samples, f"parameters.{key}") for key, spec in document["parameters"].items()}
-    knock = _drawn(document["knock"], random, samples, "knock")
+    columns = {key: drawn(spec, random, samples) for key, spec in document["parameters"].items()}
+    knock = drawn(document["knock"], random, samples)
     direction = random.uniform(0.0, 2.0 * math.pi, samples)
     initial = numpy.stack([numpy.zeros(samples), numpy.zeros(samples), knock * numpy.cos(direction),
                            knock * numpy.sin(direction)], axis=1)
     outcomes = {}
     for name, factors in {"as it is": {}, **document["changes"]}.items():
         changed = {key: column * factors.get(key, 1.0) for key, column in columns.items()}
-        unknown = set(factors) - set(columns)
-        if unknown:
-            raise InputError(f"changes.{name}: {', '.join(sorted(unknown))}: no parameter of this file")
         result = _core.run_basic_lanes(changed, initial, contact=document["contact"], friction=document["friction_law"],
                                        steps_per_turn=run["steps_per_turn"],
                                        turns_skipped=run["turns"] - run["kept_turns"], turns_kept=run["kept_turns"])

@@ -17,17 +17,30 @@ import math
 import pathlib
 
 import numpy
-import yaml
 
-from amb_rotor.errors import InputError
+from amb_rotor.sweeps.document import Document
 
 FORMAT = "amb-search/1"
-# Published motion -> what counts as that motion. 0: does not repeat within 16 turns.
+# What a machine does is one number: its period (0: does not repeat within 16 turns), IMPACTS more where it touches now and
+# then, and ALWAYS more where it touches all the time; DIVERGED where it leaves all bounds, which is no motion at all. So does a
+# dry whirl in a Hertz contact that grows until it turns by more than COARSEST radians in a step: from there on the integrator
+# damps it, and what is seen is not the equations'.
+IMPACTS, ALWAYS, DIVERGED, COARSEST = 100, 200, 99, 0.3
+LEAST_ALWAYS, FARTHEST = 0.999, 10.0    # share of the time; distance from the bearing's centre over the clearance
+
+
+def _period(code):
+    return code % 100
+
+
+# Published motion -> what counts as that motion.
 MOTIONS = {
-    **{f"period_{n}": lambda period, n=n: period == n for n in range(1, 17)},
-    "aperiodic": lambda period: period == 0,
-    "period_1_or_2": lambda period: (period == 1) | (period == 2),
-    "period_8_or_more": lambda period: (period == 0) | (period >= 8),
+    **{f"period_{n}": lambda code, n=n: _period(code) == n for n in range(1, 17)},
+    "aperiodic": lambda code: _period(code) == 0,
+    "aperiodic_with_impacts": lambda code: code == IMPACTS,
+    "aperiodic_always_in_contact": lambda code: code == ALWAYS,
+    "period_1_or_2": lambda code: (_period(code) == 1) | (_period(code) == 2),
+    "period_8_or_more": lambda code: (_period(code) == 0) | ((_period(code) >= 8) & (_period(code) <= 16)),
 }
 POINTS_AT_ONCE = 4096
 
@@ -52,48 +65,36 @@ STATE = ("x", "y", "vx", "vy")
 REFINED, BOX = 24, 0.25  # best samples that are refined; first half width of their boxes, over the range
 
 
-def _values(spec, key: str) -> numpy.ndarray:
-    if isinstance(spec, list):
-        return numpy.array(spec, float)
-    try:
-        if "values" in spec:
-            return numpy.array(spec["values"], float)
-        if "step" in spec:
-            count = math.floor((spec["to"] - spec["from"]) / spec["step"] * (1 + 1e-12)) + 1
-            return spec["from"] + spec["step"] * numpy.arange(count)
-        return numpy.linspace(spec["from"], spec["to"], int(spec["count"]))
-    except (TypeError, KeyError) as error:
-        raise InputError(f"{key}: a list of numbers, values, or from, to and step or count ({error})") from error
-
-
 def read_search(path: pathlib.Path) -> Search:
-    """Reads an amb-search/1 file. @raise InputError"""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: {error}") from error
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f"{path}: format: must be {FORMAT}")
-    required = {"format", "name", "title", "contact", "parameters", "swept", "expected", "grid", "initial", "run"}
-    faults = [f"{path}: {key}: the key is missing" for key in sorted(required - document.keys())]
-    faults += [f"{path}: {key}: the key is not known here" for key in sorted(document.keys() - required - {"sampling"})]
-    sampling = document.get("sampling", {})
-    if sampling and not (isinstance(sampling, dict) and set(sampling) == {"samples", "seed", "refinements"}
-                         and all(isinstance(value, int) and value >= 0 for value in sampling.values())
-                         and sampling["samples"] >= 1):
-        faults.append(f"{path}: sampling: samples (at least 1), seed and refinements, whole numbers")
-    if faults:
-        raise InputError(faults)
-    expected = [(float(item["from"]), float(item["to"]), item["motion"]) for item in document["expected"]]
-    faults = [f"{path}: expected: {motion} is none of {', '.join(MOTIONS)}"
-              for _, _, motion in expected if motion not in MOTIONS]
-    if faults:
-        raise InputError(faults)
-    swept = document["swept"]
-    return Search(document["name"], document["title"], document["contact"], document["parameters"],
-                  swept["parameter"], _values(swept, f"{path}: swept"), expected,
-                  {key: _values(spec, f"{path}: grid.{key}") for key, spec in document["grid"].items()},
-                  document["initial"], document["run"], sampling)
+    """Reads an amb-search/1 file. @raise InputError: all its faults"""
+    document = Document(path, FORMAT)
+    document.keys("", {"format", "name", "title", "contact", "parameters", "swept", "expected", "grid", "initial", "run"},
+                  {"sampling"})
+    names = document.laws("spin")
+    document.known("parameters", names)
+    document.known("grid", [*names, *STATE])
+    if isinstance(document.get("swept"), dict):
+        document.choice("swept/parameter", names)
+    values = document.axis("swept")
+    grid = {key: document.axis(f"grid/{key}") for key in document.get("grid") or {}}
+    expected = []
+    for index in range(len(document.get("expected") or [])):
+        if document.keys(f"expected/{index}", ("from", "to", "motion")):
+            expected.append((document.number(f"expected/{index}/from"), document.number(f"expected/{index}/to"),
+                             document.choice(f"expected/{index}/motion", MOTIONS)))
+    if not expected:
+        document.fault("expected", "at least one range")
+    initial = document.axis("initial")
+    if len(initial) != len(STATE):
+        document.fault("initial", "must be [x, y, vx, vy]")
+    sampling = {}
+    if document.get("sampling") and document.keys("sampling", ("samples", "seed", "refinements")):
+        sampling = {key: document.whole(f"sampling/{key}", int(key == "samples")) for key in document.get("sampling")}
+    found = Search(document.get("name"), document.get("title"), document.get("contact"), document.numbers("parameters"),
+                   (document.get("swept") or {}).get("parameter"), values, expected, grid, initial, document.run("steps_per_turn"),
+                   sampling)
+    document.done()
+    return found
 
 
 def published(search: Search) -> list:
@@ -125,7 +126,7 @@ def shares(search: Search, periods: numpy.ndarray) -> numpy.ndarray:
 
 
 def run_points(search: Search, points: numpy.ndarray, progress=None) -> numpy.ndarray:
-    """Periods at every swept value, a row each point (values in the order of the grid's names)."""
+    """What the machines do at every swept value, a row each point (values in the order of the grid's names)."""
     from amb_rotor import _core
     count = len(search.values)
     periods = numpy.zeros((len(points), count), int)
@@ -145,7 +146,11 @@ def run_points(search: Search, points: numpy.ndarray, progress=None) -> numpy.nd
         result = _core.run_basic_lanes(columns, initial, contact=search.contact,
                                        steps_per_turn=search.run["steps_per_turn"], turns_skipped=turns - kept,
                                        turns_kept=kept, regimes=False)
-        periods[first:first + batch] = result["period"].reshape(len(part), count)
+        contact = result["contact_fraction"]
+        codes = result["period"] + numpy.where(contact > LEAST_ALWAYS, ALWAYS, numpy.where(contact > 0.0, IMPACTS, 0))
+        fast = 2.0 * math.pi * numpy.abs(result["whirl"]) / search.run["steps_per_turn"] > COARSEST
+        codes[fast | ~(result["max_radius"] < FARTHEST)] = DIVERGED
+        periods[first:first + batch] = codes.reshape(len(part), count)
         if progress:
             progress(len(part))
     return periods
