@@ -11,7 +11,7 @@ namespace {
 using namespace testing_support;
 using Complex = std::complex<double>;
 
-constexpr double rotor_mass = 3.36, polar_inertia = 1e-3;
+constexpr double spun_mass = 3.36, spun_inertia = 1e-3;
 
 Scenario freeSpin(double hz, double duration_s, double record_rate_hz = 1000.0) {
   Scenario scenario = constantSpeed(hz, duration_s, record_rate_hz);
@@ -22,19 +22,19 @@ Scenario freeSpin(double hz, double duration_s, double record_rate_hz = 1000.0) 
 /// A shaft on springs with an unbalance, and a torque on it [N m] (spin_drag's, which is constant above 20 rad/s).
 Model driven(double stiffness, double damping, double moment, double torque) {
   Model model = withUnbalance(springMass(stiffness, damping), moment);
-  model.rig.rotor.polar_inertia_kg_m2 = polar_inertia;
+  model.rig.rotor.polar_inertia_kg_m2 = spun_inertia;
   return with(model, "spin_drag", {0.0, -torque});
 }
 
 TEST(MachineFreeSpin, AFreeDiscTurnsAboutItsCentreOfGravity) {
   // No force from outside: the centre of gravity stays, and the drag's torque turns Ip - m e^2, the inertia about it.
   const double e = 0.01, torque = -0.02, w0 = radPerSecond(20.0);
-  Model model = driven(0.0, 0.0, rotor_mass * e, torque);
+  Model model = driven(0.0, 0.0, spun_mass * e, torque);
   model.rig.auxiliary_bearing.clearance_m = 1.0;
   const auto run = simulate(model, from(freeSpin(20.0, 0.5), {-e, 0.0}, {0.0, -e * w0}));
   ASSERT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
   const auto& t = run.trajectory;
-  const double about_centre = polar_inertia - rotor_mass * e * e;
+  const double about_centre = spun_inertia - spun_mass * e * e;
   for (std::size_t i = 0; i < t.time_s.size(); i += 50) {
     const double time = t.time_s[i];
     // the integrator's 1e-8 a step of every 2 ms, tanh(W) is 1 to 1e-16; without the reaction 34 % of the change
@@ -47,10 +47,10 @@ TEST(MachineFreeSpin, AFreeDiscTurnsAboutItsCentreOfGravity) {
 
 TEST(MachineFreeSpin, AHeavySpotSwingsAsAPendulum) {
   // small swings about the lowest place: Ip a'' = -g U a; the springs give way by U^2 w^2/(k Ip) = 4e-6 of it
-  const double moment = rotor_mass * 0.01, swing = 0.02;
+  const double moment = spun_mass * 0.01, swing = 0.02;
   Model model = driven(1e8, 2e4, moment, 0.0);
   model.rig.gravity_m_s2 = 9.81;
-  const double w = std::sqrt(9.81 * moment / polar_inertia), period = two_pi / w;
+  const double w = std::sqrt(9.81 * moment / spun_inertia), period = two_pi / w;
   Scenario scenario = freeSpin(0.0, period, 1000.0);
   scenario.speed.initial_angle_rad = -0.5 * pi + swing;
   const auto run = simulate(model, scenario);
@@ -67,7 +67,7 @@ TEST(MachineFreeSpin, InternalDampingDrivesTheWhirlFromTheSpin) {
   const double stiffness = 2.47e6, d = 2000.0, w0 = radPerSecond(240.0), start = 1e-6;
   for (double unbalance : {0.0, 1e-5}) {
     Model model = with(withUnbalance(springMass(stiffness, 0.0), unbalance), "internal_damping", {d, 0.0});
-    model.rig.rotor.polar_inertia_kg_m2 = polar_inertia;
+    model.rig.rotor.polar_inertia_kg_m2 = spun_inertia;
     model.rig.auxiliary_bearing.clearance_m = 0.1;
     RunOptions options;
     options.relative_tolerance = 1e-10;
@@ -75,10 +75,10 @@ TEST(MachineFreeSpin, InternalDampingDrivesTheWhirlFromTheSpin) {
     ASSERT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
     const auto balanceOf = [&](const double* y, double& momentum, double& energy) {
       const double c = std::cos(y[4]), s = std::sin(y[4]), across = c * y[3] - s * y[2];
-      momentum = rotor_mass * (y[0] * y[3] - y[1] * y[2]) + polar_inertia * y[5] +
+      momentum = spun_mass * (y[0] * y[3] - y[1] * y[2]) + spun_inertia * y[5] +
                  unbalance * (y[5] * (y[0] * c + y[1] * s) + across);
-      energy = 0.5 * rotor_mass * (y[2] * y[2] + y[3] * y[3]) + 0.5 * stiffness * (y[0] * y[0] + y[1] * y[1]) +
-               0.5 * polar_inertia * y[5] * y[5] + unbalance * y[5] * across;
+      energy = 0.5 * spun_mass * (y[2] * y[2] + y[3] * y[3]) + 0.5 * stiffness * (y[0] * y[0] + y[1] * y[1]) +
+               0.5 * spun_inertia * y[5] * y[5] + unbalance * y[5] * across;
     };
     const double first[6] = {start, 0.0, 0.0, 0.0, 0.0, w0};
     const double* last = run.final_state.mechanics.data();
@@ -87,7 +87,7 @@ TEST(MachineFreeSpin, InternalDampingDrivesTheWhirlFromTheSpin) {
     balanceOf(last, momentum[1], energy[1]);
     const double slowed = w0 - last[5];
     EXPECT_GT(slowed, 1.0) << "the whirl has grown";
-    EXPECT_NEAR(momentum[1], momentum[0], 1e-6 * polar_inertia * slowed);
+    EXPECT_NEAR(momentum[1], momentum[0], 1e-6 * spun_inertia * slowed);
     // the trapezoidal rule on 1e5 samples a second of a motion of 1500 rad/s: (h w)^2/12 = 2e-5 of it at most
     double lost = 0.0;
     const auto& t = run.trajectory;
@@ -103,7 +103,7 @@ TEST(MachineFreeSpin, InternalDampingDrivesTheWhirlFromTheSpin) {
 
 /// Torque that a whirl at constant speed takes from the shaft, d abs(X)^2 W with X = U W^2/(k - m W^2 + i d W).
 double whirlTorque(double k, double d, double moment, double w) {
-  const double radius = std::abs(moment * w * w / Complex(k - rotor_mass * w * w, d * w));
+  const double radius = std::abs(moment * w * w / Complex(k - spun_mass * w * w, d * w));
   return d * radius * radius * w;
 }
 
@@ -125,7 +125,7 @@ TEST(MachineFreeSpin, TheWhirlsLossesComeFromTheSpin) {
 
 TEST(MachineFreeSpin, AWeakDriveIsCaughtBelowTheCriticalSpeed) {
   // Sommerfeld's effect: the speed stays where the whirl takes all of the torque, unless that is above the most it takes
-  const double critical = std::sqrt(spring / rotor_mass), weak = 0.02, strong = 0.08;
+  const double critical = std::sqrt(spring / spun_mass), weak = 0.02, strong = 0.08;
   ASSERT_LT(weak, whirlTorque(spring, damper, moment, critical));
   ASSERT_GT(strong, 1.5 * whirlTorque(spring, damper, moment, critical));
   double low = radPerSecond(60.0), high = critical;
@@ -146,7 +146,7 @@ TEST(MachineFreeSpin, AWeakDriveIsCaughtBelowTheCriticalSpeed) {
 }
 
 TEST(MachineFreeSpin, TooLittleInertiaIsRefusedByName) {
-  const Model model = withUnbalance(springMass(), rotor_mass * 0.02);  // m e^2 = 1.344e-3
+  const Model model = withUnbalance(springMass(), spun_mass * 0.02);  // m e^2 = 1.344e-3
   for (double inertia : {0.0, 1e-3, 1.4e-3}) {
     Model tried = model;
     tried.rig.rotor.polar_inertia_kg_m2 = inertia;
@@ -156,9 +156,15 @@ TEST(MachineFreeSpin, TooLittleInertiaIsRefusedByName) {
     } catch (const InputError& error) {
       said = error.faults().front().text();
     }
-    if (inertia == 0.0) EXPECT_NE(said.find("needs rotor.polar_inertia_kg_m2 > 0"), std::string::npos) << said;
-    if (inertia == 1e-3) EXPECT_NE(said.find("must be above 0.001344"), std::string::npos) << said;
-    if (inertia == 1.4e-3) EXPECT_EQ(said, "");
+    if (inertia == 0.0) {
+      EXPECT_NE(said.find("needs rotor.polar_inertia_kg_m2 > 0"), std::string::npos) << said;
+    }
+    if (inertia == 1e-3) {
+      EXPECT_NE(said.find("must be above 0.001344"), std::string::npos) << said;
+    }
+    if (inertia == 1.4e-3) {
+      EXPECT_EQ(said, "");
+    }
   }
 }
 
