@@ -168,15 +168,11 @@ double Diagnoser::sampledError() {
 }
 
 void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
-  std::vector<const Trial*> order;
-  for (const auto& t : trials) order.push_back(&t);
-  // what the runs to validate bear out comes first
-  std::stable_partition(order.begin(), order.end(), [&](const Trial* t) { return earns(*t); });
-  for (const Trial* one : order) {
-    const Trial& t = *one;
+  for (const Trial& t : trials) {
     Candidate c;
     c.effect = t.effect;
     c.excited = t.excited;
+    c.borne_out = earns(t);
     c.note = t.note;
     c.evidence = t.usable() ? std::max(t.evidence, -1e6) : 0.0;
     c.errors = t.errors;
@@ -186,7 +182,7 @@ void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
     }
     out.ranking.push_back(c);
   }
-  markConfounded(out.ranking);
+  order(out.ranking);
 }
 
 bool Diagnoser::earns(const Trial& trial) const {
@@ -306,6 +302,7 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
     anew.errors = candidates_.judge(trial, contact, false);
     anew.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
     anew.note.clear();
+    anew.borne_out = true;
     takeBetter(out.ranking, anew);
   }
 }

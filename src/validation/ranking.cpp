@@ -27,12 +27,17 @@ void markConfounded(std::vector<Candidate>& ranking) {
   }
 }
 
+void order(std::vector<Candidate>& ranking) {
+  std::stable_sort(ranking.begin(), ranking.end(), [](const Candidate& a, const Candidate& b) {
+    return a.borne_out != b.borne_out ? a.borne_out : a.evidence > b.evidence;
+  });
+  markConfounded(ranking);
+}
+
 void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew) {
   for (auto& c : ranking)
     if (c.effect == anew.effect && anew.evidence > c.evidence) c = anew;
-  std::stable_sort(ranking.begin(), ranking.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.evidence > b.evidence; });
-  markConfounded(ranking);
+  order(ranking);
 }
 
 void scaleToAllWindows(CandidateErrors& errors, double reference, double reference_sampled) {

@@ -50,6 +50,19 @@ TEST(RankingTest, ACandidateValuedAnewTakesItsPlaceOnlyWithMoreEvidence) {
   EXPECT_TRUE(ranking[2].confounded_with.empty()) << "b has lost its twin";
 }
 
+TEST(RankingTest, WhatTheHeldOutRunsBearOutComesFirst) {
+  std::vector<Candidate> ranking(3);
+  const double evidence[] = {500.0, 90.0, 400.0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    ranking[i].effect = std::to_string(i);
+    ranking[i].excited = true;
+    ranking[i].evidence = evidence[i];
+    ranking[i].borne_out = i > 0;
+  }
+  order(ranking);
+  EXPECT_EQ(ranking[0].effect + ranking[1].effect + ranking[2].effect, "210");
+}
+
 TEST(RankingTest, WithoutEvidenceNothingHasATwin) {
   std::vector<Candidate> ranking = {ranked("a", least_evidence), ranked("b", 10.0)};
   markConfounded(ranking);

@@ -22,6 +22,7 @@ struct Candidate {
   std::vector<std::string> confounded_with;  ///< others that explain the runs to fit about as well
   std::string experiment;                    ///< what would part them
   bool excited = true;                       ///< false: these runs cannot show it
+  bool borne_out = false;  ///< the runs to validate have become better by it: such come first
   bool plausible = true;                     ///< parameters inside their physical range, not at a limit
   std::string note;
 };

@@ -16,6 +16,9 @@ double excessWithoutContact(const CandidateErrors& errors);
 /// Names with each candidate those whose evidence is within 3 % of its own, or 8.
 void markConfounded(std::vector<Candidate>& ranking);
 
+/// What the runs to validate bear out first, then by evidence; names twins.
+void order(std::vector<Candidate>& ranking);
+
 /// A candidate of the ranking that was valued anew counts where its evidence has grown; order and twins follow.
 void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew);
 
