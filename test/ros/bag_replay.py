@@ -85,13 +85,14 @@ class Replay(unittest.TestCase):
     def test_a_fault_by_rostopic(self):
         bag = self.path / "fault.bag"
         env = graphs.environment()
-        # what a person types, in another terminal; it waits for the master and for the injector
+        # what a person types, in another terminal; it waits for the master and for the injector (asked while the master starts,
+        # rosnode may wait for ever) and has to be there before the run has ended
         person = subprocess.Popen(
-            ["/bin/sh", "-c", "until rosnode list 2>/dev/null | grep -q injector; do sleep 0.2; done; "
+            ["/bin/sh", "-c", "until timeout 3 rosnode list 2>/dev/null | grep -q injector; do sleep 0.2; done; "
              "rostopic pub -1 /fault amb_rotor/Fault '{type: 2, end: 1, start: 0.05, duration: 0.01}'"],
             env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            status, output = graphs.amb("launch", "levitation", "--rate", "0.05", "--record", bag, env=env)
+            status, output = graphs.amb("launch", "levitation", "--rate", "0.03", "--record", bag, env=env)
             person.wait(20)
         finally:
             person.kill()
