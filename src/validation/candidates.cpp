@@ -185,7 +185,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     options.attempts = 5;
     options.covariance = false;
     if (effort.iterations == 0) options.first_window_passes = 1;
-    options.thorough_first = effort.through != Through::free;  // a window that begins wrong outweighs many
+    options.thorough_first = effort.through == Through::contact;  // a window that begins wrong outweighs many
     if (effort.through == Through::contact) options.window_stride = trial.stride = strideOver(effects, effort.stride);
   }
   if (effort.through == Through::free) options.held = heldWithoutContact(*trial.space);

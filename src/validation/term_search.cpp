@@ -146,8 +146,7 @@ std::vector<TermChoice> bestSubsets(const Eigen::MatrixXd& h, const Eigen::Vecto
   return best;
 }
 
-Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen,
-                         Eigen::MatrixXd* covariance) {
+Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen) {
   const int n = static_cast<int>(chosen.size());
   Eigen::MatrixXd own(n, n);
   Eigen::VectorXd right(n);
@@ -156,9 +155,7 @@ Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, con
     for (int j = 0; j < n; ++j) own(i, j) = h(chosen[i], chosen[j]);
     own(i, i) = own(i, i) * (1.0 + 1e-10) + 1e-300;
   }
-  const Ldlt factor(own);
-  if (covariance != nullptr) *covariance = factor.solveColumns(Eigen::MatrixXd::Identity(n, n));
-  return factor.solve(right);
+  return Ldlt(own).solve(right);
 }
 
 }  // namespace amb_rotor

@@ -27,8 +27,7 @@ TermChoice bestTerms(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const s
 std::vector<TermChoice> bestSubsets(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& base,
                                     const std::vector<int>& library, int size, int count);
 
-/// Solves for the base and the chosen terms: coordinates in the order base, terms. `covariance` may be null.
-Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen,
-                         Eigen::MatrixXd* covariance = nullptr);
+/// Solves for the base and the chosen terms: coordinates in the order base, terms.
+Eigen::VectorXd solveFor(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen);
 
 }  // namespace amb_rotor

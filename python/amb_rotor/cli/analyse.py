@@ -83,7 +83,8 @@ def _motions(args, path: pathlib.Path) -> list:
         ids = [entry["id"] for entry in dataset.runs]
         unknown = [name for name in args.run if name not in ids]
         if not args.run or unknown:
-            raise InputError(f"--run {', '.join(unknown)}: {path} has the runs {', '.join(ids)}")
+            asked = f"--run {', '.join(unknown)}" if unknown else "--run is missing"
+            raise InputError(f"{asked}: {path} has the runs {', '.join(ids)}")
         facts = facts or motion.rig_facts(dataset.belief.fields)
         tables = [(name, dataset.table(name)) for name in args.run]
         # What its own threshold made of the tacho lies within 0 and 1.
