@@ -65,21 +65,9 @@ bool isNested(const std::string& effect) {
                      [](const ParameterSchema& p) { return std::isfinite(p.neutral); });
 }
 
-namespace {
-
-/// The nuisance that stands in for an effect which the model lacks, and has to give way when it is tried: what softens the
-/// contact is then the mount, what slips less the ring; null: none.
-const char* mimicOf(const std::string& effect) {
-  if (effect == "compliant_mount") return "auxiliary_bearing.contact.stiffness_N_per_m";
-  if (effect == "inner_ring_spin") return "auxiliary_bearing.friction_coefficient";
-  return nullptr;
-}
-
-}  // namespace
-
 int strideOver(const Settings& effects, int stride) {
-  const auto remembers = [](const EffectSetting& effect) { return effect.id == "inner_ring_spin"; };
-  return std::any_of(effects.begin(), effects.end(), remembers) ? 1 : stride;
+  const auto lasting = [](const EffectSetting& effect) { return effectCatalogue().find(effect.id)->lasting; };
+  return std::any_of(effects.begin(), effects.end(), lasting) ? 1 : stride;
 }
 
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
@@ -392,7 +380,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
   Eigen::VectorXd back = nuisances[0];
   const bool far = returnToBelief(*reference.space, back);
-  if (const char* mimic = mimicOf(effect)) {
+  const std::string& mimic = effectCatalogue().find(effect)->mimic;
+  if (!mimic.empty()) {
     for (long k = 0; k < back.size(); ++k)
       if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
     nuisances[0] = back;

@@ -11,8 +11,16 @@
 namespace amb_rotor {
 namespace {
 
+/// A fit may move what is known by a share up to so many times from the belief, either way.
+constexpr double farthest_factor = 20.0;
+
 /// Absolute uncertainties; all others are relative to the believed value.
 bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad"; }
+
+/// An unbalance goes with its phase as a vector and adds to others; what else is uncertain by a share multiplies.
+bool isFactor(const std::string& name, double value) {
+  return !isAbsolute(name) && name != "unbalance.moment_kg_m" && value > 0.0;
+}
 
 }  // namespace
 
@@ -28,16 +36,19 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
     if (std <= 0.0) return;
     Coordinate c;
     c.name = name;
-    c.scale = std;
-    c.prior_std = std;
-    c.prior_mean = value;
-    if (!isAbsolute(name)) {
-      c.lower = value * 0.05;
-      c.upper = value * 20.0;
+    c.by_logarithm = isFactor(name, value);
+    c.scale = c.prior_std = c.by_logarithm ? std / value : std;
+    c.prior_mean = c.by_logarithm ? std::log(value) : value;
+    if (c.by_logarithm) {
+      c.lower = c.prior_mean - std::log(farthest_factor);
+      c.upper = c.prior_mean + std::log(farthest_factor);
+    } else if (!isAbsolute(name)) {
+      c.lower = value / farthest_factor;
+      c.upper = value * farthest_factor;
       if (value < 0.0) std::swap(c.lower, c.upper);
     }
     coordinates_.push_back(c);
-    start.push_back(value);
+    start.push_back(c.prior_mean);
   });
   nuisances_ = static_cast<int>(coordinates_.size());
 
@@ -131,7 +142,9 @@ Model FitSpace::model(const Eigen::VectorXd& at) const {
   Model model = belief_;
   int next = 0;
   Rig<double>::visit(model.rig, [&](const char* name, double& value) {
-    if (next < nuisances_ && coordinates_[next].name == name) value = x[next++];
+    if (next >= nuisances_ || coordinates_[next].name != name) return;
+    value = coordinates_[next].by_logarithm ? std::exp(x[next]) : x[next];
+    ++next;
   });
   for (std::size_t e = 0; e < fitted_.size(); ++e) {
     EffectSetting setting{fitted_[e].id, values(static_cast<int>(e), x)};
@@ -148,8 +161,11 @@ Model FitSpace::model(const Eigen::VectorXd& at) const {
 std::vector<FittedParameter> FitSpace::nuisanceValues(const Eigen::VectorXd& x,
                                                       const Eigen::MatrixXd& covariance) const {
   std::vector<FittedParameter> out;
-  for (int i = 0; i < nuisances_; ++i)
-    out.push_back({coordinates_[i].name, "", x[i], std::sqrt(std::max(0.0, covariance(i, i)))});
+  for (int i = 0; i < nuisances_; ++i) {
+    const double std = std::sqrt(std::max(0.0, covariance(i, i)));
+    const double value = coordinates_[i].by_logarithm ? std::exp(x[i]) : x[i];
+    out.push_back({coordinates_[i].name, "", value, coordinates_[i].by_logarithm ? value * std : std});
+  }
   return out;
 }
 

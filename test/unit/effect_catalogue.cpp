@@ -48,6 +48,21 @@ const std::vector<std::pair<std::string, std::vector<std::string>>>& documented(
   return names;
 }
 
+TEST(EffectCatalogueTest, AMimicIsANumberOfTheRigAndOfContactWhereTheEffectIs) {
+  std::set<std::string> fields;
+  Model model;
+  Rig<double>::visit(model.rig, [&](const char* name, const double&) { fields.insert(name); });
+  int mimics = 0;
+  for (const auto& schema : effectCatalogue().all()) {
+    if (schema.lasting) { EXPECT_TRUE(schema.needs_contact) << schema.id << ": windows are of runs with contact"; }
+    if (schema.mimic.empty()) continue;
+    ++mimics;
+    EXPECT_EQ(fields.count(schema.mimic), 1u) << schema.id << ": " << schema.mimic;
+    EXPECT_EQ(schema.mimic.rfind("auxiliary_bearing.", 0) == 0, schema.needs_contact) << schema.id;
+  }
+  EXPECT_GE(mimics, 2);
+}
+
 TEST(EffectCatalogueTest, NamesAndParametersAsDocumented) {
   std::set<std::string> known;
   for (const auto& schema : effectCatalogue().all()) known.insert(schema.id);

@@ -28,9 +28,25 @@ TEST(FitSpaceTest, NuisanceTakesTheStatedUncertaintyAsPrior) {
   const FitSpace space(belief(), {});
   ASSERT_EQ(space.nuisances(), 4) << "the sensor's offset belongs to the recording";
   for (const auto& c : space.coordinates()) {
-    if (c.name == "rotor.mass_kg") { EXPECT_DOUBLE_EQ(c.prior_std, 0.015); }
+    if (c.name == "rotor.mass_kg") { EXPECT_DOUBLE_EQ(c.prior_std, 0.005) << "of the logarithm"; }
+    if (c.name == "unbalance.moment_kg_m") { EXPECT_DOUBLE_EQ(c.prior_std, 2e-6); }
     if (c.name == "unbalance.phase_rad") { EXPECT_DOUBLE_EQ(c.prior_std, 0.05) << "absolute"; }
   }
+}
+
+TEST(FitSpaceTest, AFactorGoesByItsLogarithm) {
+  const FitSpace space(belief(), {});
+  ASSERT_EQ(space.coordinates()[1].name, "amb.current_stiffness_N_per_A");
+  Eigen::VectorXd x = space.start();
+  x[1] += std::log(1.5);
+  EXPECT_NEAR(space.model(x).rig.amb.current_stiffness_N_per_A, 150.0, 1e-12);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  covariance(1, 1) = 0.01 * 0.01;
+  const FittedParameter fitted = space.nuisanceValues(x, covariance)[1];
+  EXPECT_NEAR(fitted.value, 150.0, 1e-12);
+  EXPECT_NEAR(fitted.std, 1.5, 1e-12) << "1 % of the value";
+  x[1] += 100.0;
+  EXPECT_NEAR(space.model(x).rig.amb.current_stiffness_N_per_A, 2000.0, 1e-9) << "twenty times the belief at most";
 }
 
 TEST(FitSpaceTest, StartGivesTheModelItCameFrom) {

@@ -11,12 +11,14 @@ namespace amb_rotor::effects {
 
 struct CompliantMount {
   static EffectSchema schema() {
-    return {"compliant_mount", "the auxiliary bearing rides on a tolerance ring or an O-ring",
-            "contact: rubs and drops",
-            {parameter("stiffness_N_per_m", "N/m", 1e3, 1e11, 5e6, std::nan(""), "k2 of one end"),
-             parameter("damping_N_s_per_m", "N s/m", 0.0, 1e6, 300.0, std::nan(""), "d2 of one end"),
-             parameter("mass_kg", "kg", 1e-4, 1e3, 0.07, std::nan(""), "moving bearing of one end")},
-            true};
+    EffectSchema schema = {
+        "compliant_mount", "the auxiliary bearing rides on a tolerance ring or an O-ring", "contact: rubs and drops",
+        {parameter("stiffness_N_per_m", "N/m", 1e3, 1e11, 5e6, std::nan(""), "k2 of one end"),
+         parameter("damping_N_s_per_m", "N s/m", 0.0, 1e6, 300.0, std::nan(""), "d2 of one end"),
+         parameter("mass_kg", "kg", 1e-4, 1e3, 0.07, std::nan(""), "moving bearing of one end")},
+        true};
+    schema.mimic = "auxiliary_bearing.contact.stiffness_N_per_m";  // a contact that gives way is soft, too
+    return schema;
   }
 
   template <class S>

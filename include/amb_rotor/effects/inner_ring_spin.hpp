@@ -11,11 +11,15 @@ namespace amb_rotor::effects {
 
 struct InnerRingSpin {
   static EffectSchema schema() {
-    return {"inner_ring_spin", "the inner ring of the ball bearing is dragged along, so sliding stops",
-            "lasting contact of a turning rotor: rubs and drops",
-            {parameter("inertia_kg_m2", "kg m2", 1e-9, 1.0, 1e-5, std::nan(""), "of the ring"),
-             parameter("drag_torque_N_m", "N m", 0.0, 1e2, 0.005, std::nan(""), "against its spin")},
-            true};
+    EffectSchema schema = {
+        "inner_ring_spin", "the inner ring of the ball bearing is dragged along, so sliding stops",
+        "lasting contact of a turning rotor: rubs and drops",
+        {parameter("inertia_kg_m2", "kg m2", 1e-9, 1.0, 1e-5, std::nan(""), "of the ring"),
+         parameter("drag_torque_N_m", "N m", 0.0, 1e2, 0.005, std::nan(""), "against its spin")},
+        true};
+    schema.mimic = "auxiliary_bearing.friction_coefficient";  // less friction slips less, too
+    schema.lasting = true;
+    return schema;
   }
 
   template <class S>

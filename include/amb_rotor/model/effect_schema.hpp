@@ -40,6 +40,8 @@ struct EffectSchema {
   bool only_by_name = false;   ///< in no ranking and no drawn rig, unless it is asked for: a law by terms, a finer form of another
   std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
   std::shared_ptr<const EffectLaw> law = nullptr;  ///< of an effect that a file defines
+  std::string mimic = {};  ///< number of the rig that stands in for the effect where a model lacks it, and has to give way
+  bool lasting = false;    ///< has a state that goes on from one window through contact to the next: a part of them tells little
 
   int indexOf(const std::string& name) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)

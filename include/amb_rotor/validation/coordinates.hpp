@@ -1,7 +1,9 @@
 #pragma once
 // The numbers that a fit may change, and the model that belongs to them.
 //
-// Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior. An effect's parameters:
+// Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior; factors (mass, Ki, contact
+// stiffness) by their logarithm, so that a product which the data fix, as Ki times a sensor's gain, is a straight valley.
+// An effect's parameters:
 // positive ones with a lower limit above 0 by their logarithm, those that are
 // neutral at their upper limit by 1/sqrt (a half-order lag's corner: the motion is linear in it next to neutral), an amplitude with its phase as a vector
 // (a cos h p, a sin h p), h the phase's harmonic, all others as they are.
@@ -19,6 +21,7 @@ struct Coordinate {
   double lower = -1e300, upper = 1e300;
   double prior_std = 0.0;   ///< 0: none
   double prior_mean = 0.0;
+  bool by_logarithm = false;  ///< a nuisance: the machine's number is exp of it; limits and prior are the logarithm's
 };
 
 /// A parameter with its standard deviation, as written into a diagnosis.
