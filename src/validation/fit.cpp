@@ -16,6 +16,9 @@ namespace amb_rotor {
 
 namespace {
 
+/// Finite differences through impacts, where predictions have kinks, over a coordinate's scale.
+constexpr double step_through_contact = 0.02;
+
 /// Through impacts the linear model of an effect is good for a few of its parameters' scales only: the share of a step
 /// that stays within them.
 double trustedShare(const FitSpace& space, const Eigen::VectorXd& step) {
@@ -50,7 +53,10 @@ LocalState begunAnew(const LocalState& state) {
 
 FitProblem::FitProblem(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m)
     : recordings_(recordings), space_(space), offset_std_(offset_std_m) {
-  for (const auto& coordinate : space.coordinates()) steps_.push_back(0.02 * coordinate.scale);
+  for (const auto& coordinate : space.coordinates()) {
+    steps_.push_back(step_through_contact * coordinate.scale);
+    free_steps_.push_back(step_without_contact * coordinate.scale);
+  }
 }
 
 bool FitProblem::dependsOnAngle(const Model& model) const {
@@ -71,20 +77,24 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
                                      std::vector<LocalState>& local, const EvaluationOptions& options,
                                      std::vector<RunResult>* results) const {
   const int p = space_.size();
-  std::vector<Model> models;
+  std::vector<Model> free = {space_.model(x)}, touching = free;
   std::vector<int> columns;
-  models.push_back(space_.model(x));
+  const bool any_touching = std::any_of(which.begin(), which.end(), [&](int i) { return holdsContact(i); });
+  const bool any_free = std::any_of(which.begin(), which.end(), [&](int i) { return !holdsContact(i); });
   const int frozen = options.frozen != nullptr ? options.frozen->size : 0;
+  const auto moved = [&](int k, double step) {
+    Eigen::VectorXd to = x;
+    // away from a limit, so that the difference is a real one
+    to[k] += x[k] + steps_[k] <= space_.coordinates()[k].upper ? step : -step;
+    return space_.model(to);
+  };
   if (options.jacobian)
     for (int k = 0; k < p; ++k) {
       if (!options.held.empty() && options.held[k]) continue;
       columns.push_back(k);
       if (k < frozen) continue;
-      Eigen::VectorXd moved = x;
-      // away from a limit, so that the difference is a real one
-      const double up = x[k] + steps_[k];
-      moved[k] = up <= space_.coordinates()[k].upper ? up : x[k] - steps_[k];
-      models.push_back(space_.model(moved));
+      if (any_free) free.push_back(moved(k, free_steps_[k]));
+      if (any_touching) touching.push_back(moved(k, steps_[k]));
     }
   std::vector<NormalEquations> parts(which.size(), NormalEquations(p));
   std::vector<RunResult> own(which.size());
@@ -92,8 +102,8 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
     const Recording& rec = recordings_[which[i]];
     LocalState& state = local[which[i]];
     AMB_ROTOR_CHECK(frozen == 0 || !rec.holdsContact(), "frozen columns are of recordings without contact");
-    parts[i] = rec.holdsContact() ? evaluateWindows(x, models, columns, rec, state, options, own[i])
-                                  : evaluateFree(models, columns, rec, state, options, own[i]);
+    parts[i] = rec.holdsContact() ? evaluateWindows(x, touching, columns, rec, state, options, own[i])
+                                  : evaluateFree(free, columns, rec, state, options, own[i]);
   });
   NormalEquations sum(p);
   for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);

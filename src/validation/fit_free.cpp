@@ -19,7 +19,6 @@ constexpr int angle_grid = 16, crack_grid = 64, fine_grid = 8;
 constexpr int most_angle_searches = 2;
 /// Of a run so much is searched within a fit [s], which moves the angle further; to judge, all of it.
 constexpr double angle_search_s = 0.3;
-constexpr double angle_step = 0.01;
 
 /// Sum of squares over the noise of the first `samples`, with the best constant offset of each displacement channel
 /// within its prior.
@@ -88,7 +87,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   // lanes: base, one for each coordinate, one for the angle
   std::vector<LaneJob> jobs;
   for (int k = 0; k < lanes; ++k) jobs.push_back(jobOf(rec, models[k], local.angle_rad));
-  if (angle) jobs.push_back(jobOf(rec, models[0], local.angle_rad + angle_step));
+  if (angle) jobs.push_back(jobOf(rec, models[0], local.angle_rad + angle_step_rad));
   std::vector<double> outs(width * jobs.size());
   for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
   predict(stretch, jobs);
@@ -112,7 +111,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
   double squares = 0.0, count = 0.0;
   std::vector<double> step(g);
-  for (int k = 0; k < g; ++k) step[k] = 1.0 / steps_[moved[k]];
+  for (int k = 0; k < g; ++k) step[k] = 1.0 / free_steps_[moved[k]];
 
   constexpr long block = 256;
   const int dense = g + la;  // columns that come from predictions
@@ -124,7 +123,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
       const double y = base[at];
       for (int k = 0; k < frozen; ++k) columns(i, k) = (*near_by)(at, moved[k]);
       for (int k = frozen; k < g; ++k) columns(i, k) = (outs[(k - frozen + 1) * width + at] - y) * step[k] * weight;
-      if (la) columns(i, g) = (outs[(lanes)*width + at] - y) / angle_step * weight;
+      if (la) columns(i, g) = (outs[(lanes)*width + at] - y) / angle_step_rad * weight;
       columns(i, dense) = weight;
       columns(i, dense + 1) = weight * (static_cast<double>(from + i) / n - 0.5);
       columns(i, dense + 2) = (rec.measured[at] - y) * weight;

@@ -12,8 +12,6 @@
 namespace amb_rotor {
 namespace {
 
-constexpr double difference_share = 0.02;  ///< of a coordinate's scale
-
 /// Predictions of all models of one structure, in the smallest step that any of them needs.
 std::vector<std::vector<double>> predictions(const Recording& rec, const std::vector<Model>& given, double angle,
                                              std::vector<bool>& finite) {
@@ -49,7 +47,7 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
       prior_weight_[k] = 1.0 / (c.prior_std * c.prior_std);
       prior_pull_[k] = prior_weight_[k] * (c.prior_mean - x[k]);
     }
-    const double step = difference_share * c.scale;
+    const double step = step_without_contact * c.scale;
     steps.push_back(x[k] + step <= c.upper ? step : -step);
     Eigen::VectorXd moved = x;
     moved[k] += steps.back();

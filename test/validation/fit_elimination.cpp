@@ -16,9 +16,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double share_of_scale =
-    0.02;  // the fit's forward difference, as its header says of `scale`: a share of it
-constexpr double angle_step_rad = 0.01;  // and of the angle
+constexpr double share_of_scale = step_without_contact;
 constexpr double angle_prior = 1e-6;     // weight that keeps the angle where nothing shows it
 constexpr double score_block_s = 0.05;
 /// Both sides use the same predictions and 1e5 rows: round-off of the sums, 1e-11 at most. A term of the

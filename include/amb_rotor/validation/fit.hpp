@@ -18,6 +18,11 @@ namespace amb_rotor {
 /// Length of a prediction through contact [s].
 constexpr double contact_window_s = 0.01;
 
+/// Finite differences of predictions without contact, over a coordinate's scale. These are smooth to round-off, and what a
+/// difference is off by adds curvature to valleys that are nearly flat (a sensor's gain against Ki), where fits then stop.
+constexpr double step_without_contact = 0.0005;
+constexpr double angle_step_rad = 5e-4;  ///< of the shaft's angle at standstill
+
 /// Part of the noise that a model may be off by in every residual alike without being found out: clocks, integrators and
 /// calibrations are no better. It adds share^2 times the number of residuals to the variances that white noise gives.
 constexpr double shared_misfit = 0.003;
@@ -103,7 +108,7 @@ class FitProblem {
   const std::vector<Recording>& recordings_;
   const FitSpace& space_;
   double offset_std_;
-  std::vector<double> steps_;
+  std::vector<double> steps_, free_steps_;  ///< of the finite differences, through contact and without
 };
 
 struct FitOptions {
