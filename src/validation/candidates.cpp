@@ -1,10 +1,7 @@
 #include "candidates.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
@@ -13,42 +10,6 @@
 namespace amb_rotor {
 namespace {
 
-/// Iterations of a candidate's first look, and candidates that are then fitted to the end.
-constexpr int first_look_iterations = 2, finalists = 6;
-/// Of several starts so many are followed.
-constexpr std::size_t followed_starts = 2;
-/// A start whose gain is foreseen at so many times less than what would bring it near the leader is not taken seriously:
-/// one look, and no steps to come near.
-constexpr double foreseen_short = 3.0;
-/// A first look that leaves an effect at less than this share of what it must have is not followed where it can only gain.
-constexpr double far_from_worth = 0.1;
-/// Of the hills of a scan so many are followed.
-constexpr std::size_t followed_hills = 4;
-/// Through contact they are told by every so many-th window alone.
-constexpr int start_stride = 12;
-/// Without contact one start is enough where its gain is so many times the next one's.
-constexpr double clearly_better = 2.0;
-/// Iterations that a candidate may need to come near a reference which it does not contain.
-constexpr int approach_iterations = 5, approach_rounds = 2;
-/// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
-constexpr int round_iterations = 4, most_rounds = 3, most_sparse_rounds = 8;
-constexpr double hopeless_pace = 8.0;
-/// Where the leader's mean square over the noise is below so much, rivals can only come near it: fewer rounds, and other
-/// hills only for those that stand at this share of its evidence.
-constexpr double settled_square = 1.06, settled_pace = 1.5, near = 0.9;
-/// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
-constexpr double out_of_reach = 1.2;
-/// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
-/// beyond which one alone is sure without.
-constexpr double in_reach = 0.3, plain_evidence = 200.0;
-/// Share of the evidence below which a round's gain ends the rounds.
-constexpr double small_gain = 0.01;
-/// Iterations in a round for the other starts of a candidate that has several hills.
-constexpr int climbing_iterations = 8;
-/// Evidence after the first look below which a candidate is not followed.
-constexpr double hopeless = -40.0;
-/// A start that lacks less than this share of what an effect must have stands at the reference: it need not come nearer.
-constexpr double already_near = 0.05;
 /// Of its prior standard deviation so much may be left of a nuisance that counts as settled by the runs without contact.
 constexpr double settled_share = 0.25;
 /// Share of a coordinate's scale from a limit at which it counts as stopped there.
@@ -174,7 +135,8 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     options.covariance = false;
     if (effort.iterations == 0) options.first_window_passes = 1;
     options.thorough_first = effort.through == Through::contact;  // a window that begins wrong outweighs many
-    if (effort.through == Through::contact) options.window_stride = trial.stride = strideOver(effects, effort.stride);
+    if (effort.through == Through::contact)
+      options.window_stride = trial.stride = effort.every_effect ? effort.stride : strideOver(effects, effort.stride);
   }
   if (effort.through == Through::free) options.held = heldWithoutContact(*trial.space);
   if (effort.through == Through::contact && prior != nullptr) {
@@ -247,230 +209,6 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) const {
   const Eigen::VectorXd at = out.contact.nuisance();
   out.sparse = fit(out.contact.effects(), &at, out.contact.local, {Through::contact, 0, false, true}, &out.prior);
   return out;
-}
-
-std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& starts,
-                                                         const std::vector<Eigen::VectorXd>& nuisances,
-                                                         const References& references, double leader,
-                                                         bool& serious) const {
-  std::vector<std::size_t> order(starts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::size_t followed = starts.size();
-  if (starts.size() > 1) {
-    const auto& parameters = effectCatalogue().find(starts[0].back().id)->parameters;
-    const bool phase = std::any_of(parameters.begin(), parameters.end(),
-                                   [](const ParameterSchema& p) { return p.role == ParameterRole::phase; });
-    std::vector<Model> models;
-    for (const auto& start : starts) {
-      const FitSpace space(belief_, start);
-      Eigen::VectorXd x = space.start();
-      x.head(nuisances[0].size()) = nuisances[0];
-      models.push_back(space.model(x));
-    }
-    auto gains = references.screen->gains(models, phase, !phase);
-    for (std::size_t i = 0; i < gains.size(); ++i) {  // what a start gains at the size that it can have
-      const double usable = usableShare(starts[i].back().id, gains[i].share);
-      if (usable == gains[i].share) continue;
-      const double part = usable / gains[i].share;
-      gains[i] = {gains[i].gain * part * (2.0 - part), usable};
-    }
-    if (startsAreAScan(starts[0].back().id)) {  // the tops of its hills
-      order.clear();
-      for (std::size_t i = 0; i < gains.size(); ++i)
-        if ((i == 0 || gains[i].gain >= gains[i - 1].gain) && (i + 1 == gains.size() || gains[i].gain > gains[i + 1].gain))
-          order.push_back(i);
-      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
-      followed = std::min(order.size(), followed_hills);
-    } else {
-      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
-      followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
-    }
-    const double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
-    serious = !(foreseen > 0.0) || foreseen_short * foreseen > in_reach * leader;
-    if (!serious) followed = 1;
-    for (std::size_t i = 0; i < starts.size(); ++i)
-      if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
-  }
-  std::vector<Start> out;
-  for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
-  for (std::size_t n = 1; n < nuisances.size(); ++n) out.emplace_back(&starts[order[0]], &nuisances[n]);
-  return out;
-}
-
-std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::vector<Settings>& starts,
-                                                                   const std::vector<Eigen::VectorXd>& nuisances,
-                                                                   const References& references) const {
-  if (starts.size() * nuisances.size() <= followed_starts) {
-    std::vector<Start> all;
-    for (const auto& nuisance : nuisances)
-      for (const auto& start : starts) all.emplace_back(&start, &nuisance);
-    return all;
-  }
-  // where each start stands by itself says which are worth a fit
-  using Seen = std::pair<double, Start>;
-  const auto glance = [&](const std::vector<Start>& these, std::vector<Seen>& seen) {
-    const std::size_t before = seen.size();
-    seen.resize(before + these.size());
-    tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
-      const FitEffort effort = {Through::contact, 0, false, true, start_stride};
-      seen[before + i] = {fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit.chi2,
-                          these[i]};
-    });
-    std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.first < b.first; });
-  };
-  std::vector<Seen> seen;
-  std::vector<Start> these;
-  for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
-  glance(these, seen);
-  if (seen.size() > followed_starts) seen.resize(followed_starts);
-  these.clear();
-  for (const Seen& one : seen)
-    for (std::size_t n = 1; n < nuisances.size(); ++n) these.emplace_back(one.second.first, &nuisances[n]);
-  glance(these, seen);
-  std::vector<Start> out;  // each start once, with the nuisance that suits it
-  for (const Seen& one : seen)
-    if (std::none_of(out.begin(), out.end(), [&](const Start& s) { return s.first == one.second.first; })) out.push_back(one.second);
-  for (const Seen& one : seen)  // and the best with another nuisance: what a glance says of that is little
-    if (one.second.first == out[0].first && one.second.second != out[0].second) {
-      out.push_back(one.second);
-      break;
-    }
-  return out;
-}
-
-Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-                         const References& references, bool contact, double leader, bool& serious) const {
-  const auto followed = contact ? promisingThroughContact(starts, nuisances, references)
-                                : promisingFree(starts, nuisances, references, leader, serious);
-  std::vector<Trial> trials(followed.size());
-  const FrozenColumns directions = references.screen->directions();
-  tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
-    FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
-    if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
-    trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
-                    contact ? &references.prior : nullptr);
-  });
-  std::sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
-  Trial winner = std::move(trials[0]);
-  if (!isNested(winner.effect))
-    for (std::size_t i = 1; i < trials.size() && i < followed_starts; ++i) winner.others.push_back(std::move(trials[i]));
-  return winner;
-}
-
-Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references,
-                       double leader) const {
-  Trial none;
-  none.effect = effect;
-  none.excited = false;
-  const bool contact = needsContact(effect);
-  const Trial& reference = contact ? references.contact : references.free;
-  const double stiffness = reference.space->model(reference.fit.x).rig.auxiliary_bearing.stiffness_N_per_m;
-  const auto values = startingValues(effect, belief_, recordings_, none.note, contact ? stiffness : 0.0);
-  if (values.empty()) return none;
-  if (contact && !haveContact()) {
-    none.note = "no run to fit holds contact";
-    return none;
-  }
-  std::vector<Settings> starts;
-  for (const auto& start : values) {
-    starts.push_back(adopted);
-    starts.back().push_back({effect, start});
-  }
-  // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
-  std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
-  Eigen::VectorXd back = nuisances[0];
-  const bool far = returnToBelief(*reference.space, back);
-  const std::string& mimic = effectCatalogue().find(effect)->mimic;
-  if (!mimic.empty()) {
-    for (long k = 0; k < back.size(); ++k)
-      if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
-    nuisances[0] = back;
-  } else if (far) {
-    nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
-  }
-  bool serious = true;
-  Trial winner = bestOf(starts, nuisances, references, contact, leader, serious);
-  winner.effect = effect;
-  value(winner, references);
-  // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
-  // there has led astray begin anew
-  const auto worthwhile = [&] {
-    return serious && winner.fit.finite && !isNested(effect) &&
-           winner.evidence < std::min(hopeless, -already_near * references.worth) &&
-           !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
-  };
-  for (int round = 0; round < approach_rounds && worthwhile(); ++round) {
-    const Eigen::VectorXd own = winner.nuisance();
-    std::vector<LocalState> local = winner.local;
-    if (contact)
-      for (auto& state : local) state = begunAnew(state);
-    Trial more = fit(winner.effects(), &own, local, {contact ? Through::contact : Through::free, approach_iterations, false, true},
-                     contact ? &references.prior : nullptr);
-    if (more.fit.chi2 >= winner.fit.chi2) break;
-    winner = std::move(more);
-    value(winner, references);
-  }
-  return winner;
-}
-
-void Candidates::value(Trial& trial, const References& references) const {
-  trial.evidence = trial.excited ? evidence(trial, references.of(trial)) : -1e300;
-}
-
-void Candidates::finish(std::vector<Trial>& trials, const References& references,
-                        const std::function<void(const std::string&)>& tell) const {
-  const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
-  std::stable_sort(trials.begin(), trials.end(), order);
-  double leader = -1e300;
-  bool settled = false;  // whether the leader leaves nothing to be had
-  const auto goOn = [&](Trial& t, FitEffort effort) {
-    const int rounds = effort.first_look ? most_sparse_rounds : most_rounds;
-    for (int round = 0; round < rounds; ++round) {
-      const Eigen::VectorXd own = t.nuisance();
-      Trial more = fit(t.effects(), &own, t.local, effort, needsContact(t.effect) ? &references.prior : nullptr);
-      const bool comparable = more.stride == t.stride;
-      if (comparable && more.fit.chi2 > t.fit.chi2) break;
-      const double was = t.evidence;
-      t = std::move(more);
-      value(t, references);
-      if (t.evidence < hopeless || !comparable) break;
-      const double gained = t.evidence - was;
-      // at this pace it would not come near the leader
-      if (gained < std::max(0.5, small_gain * t.evidence) ||
-          (t.evidence < leader && (settled ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
-    }
-    if (t.evidence > leader) settled = t.fit.squares < settled_square * t.fit.count;
-    leader = std::max(leader, t.evidence);
-  };
-  int finished = 0;
-  for (auto& t : trials) {
-    // those that may still become the best: the first few, and whatever comes near them
-    if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
-    if (isNested(t.effect) && !needsContact(t.effect) && t.evidence < far_from_worth * references.worth) continue;
-    ++finished;
-    tell(t.effect);
-    const std::vector<Trial> others = std::move(t.others);
-    const bool contact = needsContact(t.effect);
-    goOn(t, {contact ? Through::contact : Through::free, round_iterations, false, contact});
-    // hills, as of a resonance's frequency, are told apart near their tops only
-    for (Trial other : others) {
-      if (t.evidence < (settled ? near : in_reach) * leader) break;
-      value(other, references);
-      goOn(other, {contact ? Through::contact : Through::free, contact ? round_iterations : climbing_iterations, false, contact});
-      if (other.evidence > t.evidence) t = std::move(other);
-    }
-  }
-  std::stable_sort(trials.begin(), trials.end(), order);
-  // some of the windows tell candidates far apart; rivals are fitted through all of them
-  std::vector<Trial*> rivals;
-  for (auto& t : trials)
-    if (t.usable() && t.stride > 1 && t.evidence > in_reach * std::max(trials[0].evidence, 0.0)) rivals.push_back(&t);
-  if (rivals.size() > 1 || (rivals.size() == 1 && trials[0].evidence < plain_evidence))
-    for (Trial* t : rivals) {
-      tell(t->effect + " through all windows");
-      goOn(*t, {Through::contact, round_iterations});
-    }
-  std::stable_sort(trials.begin(), trials.end(), order);
 }
 
 }  // namespace amb_rotor

@@ -48,6 +48,14 @@ struct References {
   }
 };
 
+/// How far the candidates of a screening have come: what one that is tried later can still be.
+struct Leaders {
+  double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
+  bool through_contact = false;  ///< one leaves nothing through contact: the others are looked at once there, at some windows
+
+  void add(const Trial& trial);
+};
+
 /// Which runs a fit takes.
 enum class Through {
   free,           ///< runs without contact
@@ -61,6 +69,7 @@ struct FitEffort {
   bool scores = false;      ///< robust covariance
   bool first_look = false;  ///< few attempts, no covariance, only some of the windows through contact
   int stride = 4;           ///< of those in a first look, where the effects allow it
+  bool every_effect = false;  ///< at that stride also where an effect does not allow it
   const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
 };
 
@@ -96,8 +105,8 @@ class Candidates {
   References referencesOf(const Trial& free, const Trial& all) const;
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  /// @param leader  the best evidence so far of an effect without contact: what cannot come near it is looked at once, from its best start
-  Trial look(const std::string& effect, const Settings& adopted, const References& references, double leader) const;
+  Trial look(const std::string& effect, const Settings& adopted, const References& references,
+             const Leaders& leaders) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
   void finish(std::vector<Trial>& trials, const References& references,
               const std::function<void(const std::string&)>& tell) const;
@@ -110,9 +119,9 @@ class Candidates {
                                    const References& references, double leader, bool& serious) const;
   std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
                                              const std::vector<Eigen::VectorXd>& nuisances,
-                                             const References& references) const;
+                                             const References& references, const Leaders& leaders) const;
   Trial bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-               const References& references, bool contact, double leader, bool& serious) const;
+               const References& references, bool contact, const Leaders& leaders, bool& serious) const;
   void value(Trial& trial, const References& references) const;
 
   Model belief_;

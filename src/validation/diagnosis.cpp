@@ -130,12 +130,12 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
   const auto holds = [](const Settings& settings, const std::string& name) {
     return std::any_of(settings.begin(), settings.end(), [&](const EffectSetting& s) { return s.id == name; });
   };
-  double leader = 0.0;
+  Leaders leaders;
   for (std::size_t n = 0; n < names_.size(); ++n) {
     progress(from + 0.6 * (to - from) * n / names_.size(), names_[n]);
     if (holds(adopted_, names_[n]) || holds(candidates_.belief().effects, names_[n])) continue;
-    trials.push_back(candidates_.look(names_[n], adopted_, references_, leader));
-    if (!needsContact(names_[n])) leader = std::max(leader, trials.back().evidence);
+    trials.push_back(candidates_.look(names_[n], adopted_, references_, leaders));
+    leaders.add(trials.back());
   }
   candidates_.finish(trials, references_, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");

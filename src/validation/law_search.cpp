@@ -16,7 +16,6 @@
 namespace amb_rotor {
 namespace {
 
-using Law = effects::ForceLaw;
 
 /// Contenders about a point: single terms, pairs; and for a further term.
 constexpr int first_singles = 3, first_pairs = 2, further_singles = 3;
@@ -36,8 +35,8 @@ constexpr std::size_t most_terms = 3;
 constexpr double far_from_belief = 1.0;
 
 std::vector<EffectSetting> withLaw(std::vector<EffectSetting> effects, double frequency_hz) {
-  std::vector<double> values(Law::term_count + 1, 0.0);
-  values[Law::term_count] = frequency_hz > 0.0 ? frequency_hz : 50.0;
+  std::vector<double> values(effects::ForceLaw::term_count + 1, 0.0);
+  values[effects::ForceLaw::term_count] = frequency_hz > 0.0 ? frequency_hz : 50.0;
   effects.push_back({"force_law", values});
   return effects;
 }
@@ -58,12 +57,12 @@ LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& beli
       bare_(belief, adopted),
       space_(belief, withLaw(adopted, frequency_hz)),
       problem_(recordings, space_, offset_std_m) {
-  first_ = space_.size() - Law::term_count;
+  first_ = space_.size() - effects::ForceLaw::term_count;
   const auto& parameters = effectCatalogue().find("force_law")->parameters;
   std::map<std::string, unsigned> bits;
   for (int k = 0; k < first_; ++k) base_.push_back(k);
-  for (int term = 0; term < Law::term_count; ++term) {
-    const bool hum = term >= Law::hum_x_cosine && term <= Law::hum_y_sine;
+  for (int term = 0; term < effects::ForceLaw::term_count; ++term) {
+    const bool hum = term >= effects::ForceLaw::hum_x_cosine && term <= effects::ForceLaw::hum_y_sine;
     if (hum && frequency_hz <= 0.0) continue;
     library_.push_back(first_ + term);
     unsigned all = 0;
@@ -87,8 +86,8 @@ bool LawSearch::linearise(const Eigen::VectorXd& x, std::vector<LocalState>& loc
   NormalEquations sum = problem_.evaluate(x, turning_, local, {});
   NormalEquations still = problem_.evaluate(x, still_, local, {});
   // at standstill the shaft's angle is not known: what its terms do there is taken as free
-  for (int term = 0; term < Law::term_count; ++term)
-    if (Law::readsAngle(term)) {
+  for (int term = 0; term < effects::ForceLaw::term_count; ++term)
+    if (effects::ForceLaw::readsAngle(term)) {
       const int k = first_ + term;
       still.h.row(k).setZero();
       still.h.col(k).setZero();
@@ -219,7 +218,7 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
   for (const bool angle : {false, true}) {
     std::vector<int> terms;
     for (const int k : library_)
-      if (Law::readsAngle(k - first_) == angle) terms.push_back(k);
+      if (effects::ForceLaw::readsAngle(k - first_) == angle) terms.push_back(k);
     std::vector<double> size, gain(terms.size(), 0.0);
     for (const int k : terms) size.push_back(space_.coordinates()[k].scale);
     for (int round = 0; round < screen_rounds; ++round) {

@@ -13,7 +13,6 @@
 namespace amb_rotor {
 namespace {
 
-using Law = effects::ForceLaw;
 
 /// Share of the unexplained that a line of fixed frequency must hold to be named without a law.
 constexpr double least_line_share = 0.3;
@@ -118,7 +117,7 @@ Unexplained searchUnexplained(const std::vector<Recording>& recordings, const Fi
   const double before = search.chi2(at, search.fitted(), own, &count);
   const double excess = std::max(1.0, before - count);
   const Hypothesis law = effort == LawEffort::plain ? search.plain(at, own, before, count) : search.best(at, own, before, count);
-  if (effort == LawEffort::plain && (law.terms.empty() || Law::alsoInCatalogue(law.terms[0] - search.first()))) return out;
+  if (effort == LawEffort::plain && (law.terms.empty() || effects::ForceLaw::alsoInCatalogue(law.terms[0] - search.first()))) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
   const std::vector<int>& terms = law.terms;
   const double line_share =
@@ -139,7 +138,7 @@ Unexplained searchUnexplained(const std::vector<Recording>& recordings, const Fi
   }
   const int first = search.first();
   if (std::any_of(terms.begin(), terms.end(),
-                  [&](int k) { return k - first >= Law::hum_x_cosine && k - first <= Law::hum_y_sine; }))
+                  [&](int k) { return k - first >= effects::ForceLaw::hum_x_cosine && k - first <= effects::ForceLaw::hum_y_sine; }))
     out.frequency_hz = line.frequency_hz;
   describe(search, law, std::max(1.0, reached / std::max(1.0, count)), out);
   if (!search.heldOut().empty()) {
