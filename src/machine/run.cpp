@@ -142,6 +142,7 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
   run_in.schedule = nullptr;
   Simulator<double> sim(machine, run_in, 0.0);
   sim.restIntegrators();
+  sim.settleLags(options.settle_s);
   // whole samples before t = 0, so that the controller's instants fall on its grid
   const double rate = machine.ambModel() == AmbModel::linear ? machine.rig().controller.sample_rate_hz : 1e4;
   const double from = -std::ceil(options.settle_s * rate) / rate;

@@ -48,6 +48,8 @@ LocalState begunAnew(const LocalState& state) {
   LocalState out;
   out.angle_searches = state.angle_searches;
   out.angle_rad = state.angle_rad;
+  out.evaluations = state.evaluations;
+  out.run_in_s = state.run_in_s;
   return out;
 }
 

@@ -49,7 +49,12 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const bool trial = !rec.run.unbalance.empty();
   const std::vector<Model> extended = trial ? withTrialWeights(given, rec) : std::vector<Model>();
   const std::vector<Model>& models = trial ? extended : given;
-  const Stretch stretch = stretchOf(rec, models[0]);
+  Stretch stretch = stretchOf(rec, models[0]);
+  // while the model moves, less and less often; never shorter, or two evaluations would differ by it
+  const int evaluation = local.evaluations++;
+  if ((evaluation & (evaluation - 1)) == 0)
+    local.run_in_s = std::max(local.run_in_s, settledRunIn(rec, models[0], stretch, local.angle_rad));
+  stretch.settle_s = std::max(stretch.settle_s, local.run_in_s);
   const long n = rec.samples;
   const std::size_t width = static_cast<std::size_t>(n) * predicted_channels;
   const bool angle = rec.standstill && dependsOnAngle(models[0]);

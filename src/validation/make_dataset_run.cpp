@@ -155,6 +155,7 @@ class Way {
     drive.schedule = nullptr;
     Simulator<double> sim(machine_, drive, 0.0);
     sim.restIntegrators();
+    sim.settleLags(runInOf(truth_.model));
     const long first = -std::lround(runInOf(truth_.model) * sample_rate_hz);
     state = sim.atRest(first / sample_rate_hz);
     const bool sound = samples(sim, drive, state, first, 0, nullptr, [](const Record<double>&) {});

@@ -23,9 +23,9 @@ double decelerationOf(const Model& model, double speed) {
   return 0.0;
 }
 
-bool hasSpinDrag(const Model& model) {
+bool hasEffect(const Model& model, const char* id) {
   for (const auto& effect : model.effects)
-    if (effect.id == "spin_drag") return true;
+    if (effect.id == id) return true;
   return false;
 }
 
@@ -42,9 +42,11 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
   stretch.largest_step_s = freeStep(model);
   const double settling = settlingTime(model);
   stretch.settle_s = std::max(stretch.settle_s, settling);
+  // a lag that settleLags() hurries in 0.15 s would follow the turns and not only the mean
+  if (hasEffect(model, "eddy_current_lag")) stretch.settle_s = std::max(stretch.settle_s, 0.5);
   if (settling > 0.0) stretch.calm_s = 0.15;
   stretch.contact_step_s = 1e-5;
-  stretch.spin = rec.path == nullptr && !rec.standstill && hasSpinDrag(model) ? Spin::drag : Spin::prescribed;
+  stretch.spin = rec.path == nullptr && !rec.standstill && hasEffect(model, "spin_drag") ? Spin::drag : Spin::prescribed;
   return stretch;
 }
 
@@ -126,6 +128,32 @@ double settlingTime(const Model& model) {
     longest = std::max(longest, time_constants / std::max(two_pi * frequency * damping, 1e-9));
   }
   return std::min(longest, longest_s);
+}
+
+double settledRunIn(const Recording& rec, const Model& model, const Stretch& stretch, double standstill_angle) {
+  constexpr double longest_s = 2.4, seen_s = 0.02, allowed = 0.05;
+  Stretch start = stretch;
+  start.last = std::min(rec.samples, stretch.first + std::max(1L, std::lround(seen_s * stretch.record_rate_hz)));
+  const std::size_t size = static_cast<std::size_t>(start.last - start.first) * predicted_channels;
+  std::vector<double> before, now(size);
+  // the run-in looked at is half of start.settle_s: the one twice as long tells how far it is from settled
+  for (;; start.settle_s *= 2.0, before = now) {
+    std::vector<LaneJob> jobs = {jobOf(rec, model, standstill_angle)};
+    jobs[0].out = now.data();
+    predict(start, jobs);
+    if (!jobs[0].finite) return stretch.settle_s;
+    if (before.empty()) continue;
+    double square = 0.0;
+    long count = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const double noise = rec.noise[i % predicted_channels];
+      if (noise <= 0.0) continue;
+      square += std::pow((now[i] - before[i]) / noise, 2);
+      ++count;
+    }
+    if (square <= allowed * allowed * count) return 0.5 * start.settle_s;
+    if (start.settle_s >= longest_s) return start.settle_s;
+  }
 }
 
 double contactStep(const Model& model) {

@@ -174,26 +174,44 @@ TEST(EffectCurrentSaturation, BothCoilsStayWithinTheTrueLimit) {
 }
 
 TEST(EffectEddyCurrent, HalfOrderRollOffWithinItsClaim) {
-  // H(i w) against 1/(1 + sqrt(i w/w_c)): the header claims 0.41 % of the static gain from 0.001 to 1000
-  // corners
-  std::vector<double> weights, rates;
-  const effects::EddyCurrentLag::Physics<double> lag({1.0 / two_pi});
-  lag.relaxation(weights, rates);
-  double sum = 0.0;
-  for (double w : weights) {
-    EXPECT_GT(w, 0.0);
-    sum += w;
+  // The effect is 1 - H, a few percent of the current far below the corner: the header's 0.8 % is of that, from 2 to
+  // 4000 Hz. Nodes spread about the corner instead leave 30 % of it at 100 kHz.
+  for (const double corner_hz : {30.0, 1e3, 1e4, 1e5, 1e6, 1e7}) {
+    std::vector<double> weights, rates;
+    const effects::EddyCurrentLag::Physics<double> lag({corner_hz});
+    lag.relaxation(weights, rates);
+    double sum = 0.0;
+    for (double w : weights) {
+      EXPECT_GT(w, 0.0);
+      sum += w;
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-14) << "exact at rest";
+    double worst = 0.0;
+    for (double f = 2.0; f <= 4000.0; f *= 1.02) {
+      const Complex s(0.0, f / corner_hz);
+      Complex h = 0.0;
+      for (std::size_t i = 0; i < weights.size(); ++i)
+        h += weights[i] * rates[i] / (rates[i] + two_pi * corner_hz * s);
+      const Complex exact = 1.0 / (1.0 + std::sqrt(s));
+      worst = std::max(worst, std::abs(h - exact) / std::abs(1.0 - exact));
+    }
+    EXPECT_LT(worst, 0.008) << corner_hz;
+    EXPECT_GT(worst, 1e-6) << "a sum of lags is no square root";
   }
-  EXPECT_NEAR(sum, 1.0, 1e-14) << "exact at rest";
-  double worst = 0.0;
-  for (double exponent = -3.0; exponent <= 3.0; exponent += 0.01) {
-    const Complex s(0.0, std::pow(10.0, exponent));
-    Complex h = 0.0;
-    for (std::size_t i = 0; i < weights.size(); ++i) h += weights[i] * rates[i] / (rates[i] + s);
-    worst = std::max(worst, std::abs(h - 1.0 / (1.0 + std::sqrt(s))));
-  }
-  EXPECT_LT(worst, 0.0041);
-  EXPECT_GT(worst, 1e-6) << "a sum of lags is no square root";
+}
+
+TEST(EffectEddyCurrent, RunInSettlesTheSlowLags) {
+  // Under a static load the current's mean is that of the machine without the lag: H(0) = 1. The slowest lags take
+  // seconds by themselves.
+  const Model model = with(levitated(), "static_load", {20.0, -30.0});
+  const Scenario scenario = constantSpeed(0.0, 0.3);
+  const auto plain = simulate(model, scenario);
+  const auto lagging = simulate(with(model, "eddy_current_lag", {2e4}), scenario);
+  for (int a = 0; a < 4; ++a)
+    for (const std::size_t i : {std::size_t{0}, plain.trajectory.time_s.size() - 1})
+      // a lag is e^-8 of its start
+      EXPECT_NEAR(lagging.trajectory.current_A[a][i], plain.trajectory.current_A[a][i],
+                  1e-3 * std::fabs(plain.trajectory.current_A[a][i]));
 }
 
 TEST(EffectEddyCurrent, StepOfCurrentGivesTheDiffusionsStep) {
@@ -212,9 +230,9 @@ TEST(EffectEddyCurrent, StepOfCurrentGivesTheDiffusionsStep) {
   for (std::size_t i = 1; i < run.trajectory.time_s.size(); ++i) {
     const double u = w * run.trajectory.time_s[i];
     EXPECT_NEAR(run.trajectory.current_A[0][i], 0.5, 1e-9) << "the current channel does not lag";
-    // the claim of 0.41 % in frequency, in time
+    // 0.8 % of what is left of the step, and what lags above 4 kHz, some 0.2 %
     EXPECT_NEAR(run.trajectory.bearing_force_N[0][i] / (19.0 * 0.5),
-                1.0 - std::exp(u) * std::erfc(std::sqrt(u)), 0.0041)
+                1.0 - std::exp(u) * std::erfc(std::sqrt(u)), 0.004)
         << u;
     if (u > 300.0) break;  // exp overflows later
   }

@@ -65,6 +65,28 @@ double farthest(const std::vector<double>& one, const std::vector<double>& other
   return most;
 }
 
+TEST(RunInTest, IsAsLongAsAWeaklyDampedLoopNeeds) {
+  // A quarter of the derivative gain leaves the loop little damping: no effect says so, its prediction does.
+  Recording rec = tenthOfASecond(50.0);
+  const double noise = 4e-7;
+  rec.noise.fill(noise);
+  Model weak = turningRotor();
+  const double damped = settledRunIn(rec, weak, stretchOf(rec, weak), 0.0);
+  weak.rig.controller.kd_A_s_per_m *= 0.25;
+  const Stretch stretch = stretchOf(rec, weak);
+  const double needed = settledRunIn(rec, weak, stretch, 0.0);
+  EXPECT_GT(needed, damped);
+  const auto after = [&](double settle_s) {
+    Stretch longer = stretch;
+    longer.settle_s = settle_s;
+    return shown(weak, rec, longer, 0);
+  };
+  // 0.05 of the noise is the rms of all channels; the peak of one is a few times that
+  const auto settled = after(4.0);
+  EXPECT_LT(farthest(after(needed), settled), 0.3 * noise);
+  EXPECT_GT(farthest(after(stretch.settle_s), settled), 0.3 * noise) << "too short as it was";
+}
+
 TEST(RunInTest, IsSixTimeConstantsOfTheSlowestResonanceUpToALimit) {
   EXPECT_EQ(settlingTime(turningRotor()), 0.0) << "nothing that rings";
   // 6/(2 pi f zeta)

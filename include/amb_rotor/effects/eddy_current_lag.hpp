@@ -2,12 +2,14 @@
 // Eddy-current lag: between the current channel and the current that makes the force lies a half-order roll-off
 //   H(s) = 1/(1 + sqrt(s/w)),  w = 2 pi corner_hz
 // (flux diffusion into solid or laminated iron). Its diffusive form is exact,
-//   H(s) = (2/pi) integral_0^(pi/2) r/(s + r) dphi,  r = w tan^2 phi,
-// and Gauss-Legendre nodes in phi make it a sum of first-order lags with positive weights that add up to 1: exact
-// at zero frequency, stable, never an overshoot. With 12 nodes the error is below 0.41 % of the current from
-// 0.001 to 1000 corners (checked by a test). The lags are propagated exactly behind the amplifier.
+//   H(s) = integral m(u) u w/(s + u w) du/u,  m(u) = sqrt(u)/(pi (1 + u)),
+// and the trapezoidal rule on nodes r = u w that are even in ln r makes it a sum of first-order lags. What lies below
+// the lowest and above the highest node is one lag each, with its weight and its first moment: all weights positive,
+// their sum 1, exact at rest, never an overshoot. The effect is 1 - H, which far below the corner is the small
+// sqrt(s/w): so the nodes lie where rotors move, whatever the corner, and from 2 to 4000 Hz the error is below 0.8 % of
+// 1 - H (checked by a test). The lags are propagated exactly behind the amplifier.
 // Left out: eddy currents from the rotor's spin (drag), frequency-dependent Ks.
-// Valid: changes that are small against the bias flux (linear iron), 0.001 to 1000 corners.
+// Valid: changes that are small against the bias flux (linear iron), 2 to 4000 Hz.
 // Source: the half-order model of Zhu, Knospe and Maslen, IEEE Trans. Magn. 41 (2005) 1248.
 #include <array>
 
@@ -25,8 +27,11 @@ struct EddyCurrentLag {
             false};
   }
 
-  /// Gauss-Legendre abscissae (0..1) and weights (sum 1).
-  static std::array<std::array<double, 2>, nodes> rule();
+  struct Lag {
+    double weight, rate;  ///< share of the current, 1/s
+  };
+  /// The lags of a corner [rad/s], slowest first.
+  static std::array<Lag, nodes> rule(double corner);
 
   template <class S>
   class Physics final : public EffectPhysics<S> {
@@ -34,10 +39,14 @@ struct EddyCurrentLag {
     explicit Physics(const std::vector<S>& p) : omega_(S(two_pi) * p[0]) {}
     unsigned roles() const override { return acts_on_force_current; }
     void relaxation(std::vector<S>& weights, std::vector<S>& rates) const override {
-      for (const auto& node : rule()) {
-        const double tangent = std::tan(0.5 * pi * node[0]);
-        weights.push_back(S(node[1]));
-        rates.push_back(omega_ * S(tangent * tangent));
+      weights.resize(nodes, S(0.0));
+      rates.resize(nodes, S(0.0));
+      for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l) {
+        const auto lags = rule(laneValue(omega_, l));
+        for (int k = 0; k < nodes; ++k) {
+          setLane(weights[k], l, lags[k].weight);
+          setLane(rates[k], l, lags[k].rate);
+        }
       }
     }
 
@@ -46,26 +55,25 @@ struct EddyCurrentLag {
   };
 };
 
-inline std::array<std::array<double, 2>, EddyCurrentLag::nodes> EddyCurrentLag::rule() {
-  std::array<std::array<double, 2>, nodes> table{};
-  for (int i = 0; i < nodes; ++i) {
-    // Newton on the Legendre polynomial from Tricomi's guess
-    double x = std::cos(pi * (i + 0.75) / (nodes + 0.5)), slope = 0.0;
-    for (int pass = 0; pass < 50; ++pass) {
-      double p0 = 1.0, p1 = x;
-      for (int k = 2; k <= nodes; ++k) {
-        const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-        p0 = p1;
-        p1 = p2;
-      }
-      slope = nodes * (x * p1 - p0) / (x * x - 1.0);
-      const double step = p1 / slope;
-      x -= step;
-      if (std::fabs(step) < 1e-15) break;
-    }
-    table[i] = {0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope)};
+inline std::array<EddyCurrentLag::Lag, EddyCurrentLag::nodes> EddyCurrentLag::rule(double corner) {
+  // [rad/s], by search: the least error of 2 to 4000 Hz
+  constexpr double lowest = two_pi * 0.5, highest = two_pi * 2e4;
+  constexpr int inner = nodes - 2;
+  const double step = std::log(highest / lowest) / (inner - 1);
+  std::array<Lag, nodes> lags{};
+  double sum = 0.0;
+  for (int k = 0; k < inner; ++k) {
+    const double u = lowest * std::exp(k * step) / corner;
+    lags[k + 1] = {step * std::sqrt(u) / (pi * (1.0 + u)), u * corner};
   }
-  return table;
+  // with q^2 = u at the border, weight and first moment of the tails: integrals of m, and of m u or m/u, over ln u
+  const double low = std::sqrt(lowest * std::exp(-0.5 * step) / corner);
+  const double high = std::sqrt(corner / (highest * std::exp(0.5 * step)));
+  lags.front() = {std::atan(low) / (0.5 * pi), corner * (low - std::atan(low)) / std::atan(low)};
+  lags.back() = {std::atan(high) / (0.5 * pi), corner * std::atan(high) / (high - std::atan(high))};
+  for (const Lag& lag : lags) sum += lag.weight;
+  for (Lag& lag : lags) lag.weight /= sum;
+  return lags;
 }
 
 }  // namespace amb_rotor::effects

@@ -26,8 +26,11 @@ namespace amb_rotor {
 template <class S>
 class CurrentTrack {
  public:
-  CurrentTrack(const Machine<S>& machine) : amplifier_(machine.rig()), weights_(machine.relaxationWeights()) {
+  /// No lag is slower than least_rate [1/s].
+  explicit CurrentTrack(const Machine<S>& machine, double least_rate = 0.0)
+      : amplifier_(machine.rig()), weights_(machine.relaxationWeights()) {
     for (S rate : machine.relaxationRates()) {
+      rate = maximum(rate, S(least_rate));
       // equal rates would divide by zero: part them by 1e-6
       const S difference = rate - amplifier_.rate();
       rate = select(magnitude(difference) < S(1e-6) * rate, rate * S(1.0 + 2e-6), rate);
@@ -128,6 +131,11 @@ class Simulator {
 
   /// Keeps the controller's integrators where they are (a run-in before a recording).
   void restIntegrators() { integrate_ = false; }
+  /// Hurries lags that would not settle within a run-in: each is e^-8 of its start at the end, the slowest follow the
+  /// current's mean as they should.
+  void settleLags(double run_in_s) {
+    if (track_.lags()) track_ = CurrentTrack<S>(machine_, 8.0 / std::max(run_in_s, 1e-3));
+  }
 
   const Machine<S>& machine() const { return machine_; }
   const Drive<S>& drive() const { return drive_; }

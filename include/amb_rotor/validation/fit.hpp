@@ -47,6 +47,8 @@ struct NormalEquations {
 struct LocalState {
   int angle_searches = 0;                ///< over the whole turn, so far
   double angle_rad = 0.0;                ///< at standstill
+  int evaluations = 0;                   ///< without contact, so far
+  double run_in_s = 0.0;                 ///< the longest that one of them has needed
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
   std::vector<Eigen::MatrixXd> window_response;    ///< how it moves with the coordinates, about those of the start
   Eigen::VectorXd window_at;                       ///< the coordinates that the starts belong to

@@ -110,6 +110,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
                             : stretch.record_rate_hz;
     Simulator<S> before(machine, run_in, 0.0);
     before.restIntegrators();
+    before.settleLags(stretch.settle_s);
     const double begin = start_time - std::ceil(stretch.settle_s * rate) / rate;
     state = before.atRest(begin - std::ceil(stretch.calm_s * rate) / rate);
     if (stretch.calm_s > 0.0) {
@@ -120,6 +121,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
       const Machine<S> held_back(these, stretch.spin);
       Simulator<S> first(held_back, run_in, 0.0);
       first.restIntegrators();
+      first.settleLags(stretch.settle_s);
       LaneStepper<S> steps(held_back, stretch.largest_step_s, stretch.largest_step_s);
       first.run(state, begin, steps, [](const Record<S>&) {});
     }

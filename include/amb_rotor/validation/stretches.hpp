@@ -25,6 +25,11 @@ double contactStep(const Model& model);
 /// Time in which a weakly damped resonance of an effect forgets how it began [s]; 0: none has one.
 double settlingTime(const Model& model);
 
+/// Run-in behind which a recording without contact begins settled [s]: that of the stretch, doubled until twice as long
+/// a one changes the first 20 ms by less than 0.05 of the noise, and 2.4 s at most. A loop of weak damping needs it:
+/// what still rings at the start would be taken for the missing physics.
+double settledRunIn(const Recording& rec, const Model& model, const Stretch& stretch, double standstill_angle);
+
 /// Instants that a local parabola goes through: the first of them, counted from the one looked at, and how many.
 struct MeasuredFrom {
   long from = 0, count = 8;
