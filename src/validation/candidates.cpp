@@ -122,7 +122,6 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   for (auto& state : trial.local) {
     state.angle_searches = 0;
     state.evaluations = 0;
-    state.run_in_s = 0.0;  // the damping is another
     state.window_response.clear();  // they belong to other coordinates
   }
   Eigen::VectorXd start = trial.space->start();

@@ -233,7 +233,10 @@ std::vector<double> signalsOf(const Experiment& experiment, const Model& model, 
   const Recording rec = recordingOf(experiment, like);
   const Model rig = inExperiment(experiment, model);
   Stretch stretch = stretchOf(rec, rig);
-  if (!free) stretch.contact_step_s = contactStep(rig);
+  if (free)
+    stretch.settle_s = settledRunIn(rec, rig, stretch, 0.0);
+  else
+    stretch.contact_step_s = contactStep(rig);
   std::vector<double> out(rec.measured.size());
   std::vector<LaneJob> jobs = {jobOf(rec, rig, 0.0)};
   jobs[0].out = out.data();

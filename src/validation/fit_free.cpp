@@ -50,9 +50,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const std::vector<Model> extended = trial ? withTrialWeights(given, rec) : std::vector<Model>();
   const std::vector<Model>& models = trial ? extended : given;
   Stretch stretch = stretchOf(rec, models[0]);
-  // while the model moves, less and less often; never shorter, or two evaluations would differ by it
+  // when the model has moved, and where it counts; never shorter, or two evaluations would differ by it
   const int evaluation = local.evaluations++;
-  if ((evaluation & (evaluation - 1)) == 0)
+  if (local.run_in_s == 0.0 || evaluation == 2 || evaluation == 8 || options.thorough)
     local.run_in_s = std::max(local.run_in_s, settledRunIn(rec, models[0], stretch, local.angle_rad));
   stretch.settle_s = std::max(stretch.settle_s, local.run_in_s);
   const long n = rec.samples;

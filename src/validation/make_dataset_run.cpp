@@ -14,6 +14,8 @@ namespace {
 
 constexpr double least_run_in_s = 0.4, longest_run_in_s = 4.0;
 constexpr double tolerance = 1e-7;
+/// A run-in twice as long may move the start of a recording by so much [m, rad], a fraction of any sensor's noise.
+constexpr double settled = 2e-9;
 /// Beyond this multiple of the clearance a run is not sound.
 constexpr double lost = 5.0;
 
@@ -145,26 +147,16 @@ class Way {
 
   const Machine<double>& machine() const { return machine_; }
 
+  /// The settled state at the start, by run-ins twice as long until that changes nothing: a loop may be weakly damped.
   bool settle(MachineState<double>& state) {
-    const ShaftInstant start = path_.at(0.0);
-    const ConstantShaft shaft(start.angle, start.speed);
-    Drive<double> drive = drive_;
-    drive.path = &shaft;
-    drive.hold_speed = true;
-    drive.excitation = nullptr;
-    drive.schedule = nullptr;
-    Simulator<double> sim(machine_, drive, 0.0);
-    sim.restIntegrators();
-    sim.settleLags(runInOf(truth_.model));
-    const long first = -std::lround(runInOf(truth_.model) * sample_rate_hz);
-    state = sim.atRest(first / sample_rate_hz);
-    const bool sound = samples(sim, drive, state, first, 0, nullptr, [](const Record<double>&) {});
-    state.next_record = 0;
-    if (machine_.spin() != Spin::prescribed) {
-      state.mechanics[machine_.stateSize() - 2] = start.angle;
-      state.mechanics[machine_.stateSize() - 1] = start.speed;
+    std::vector<double> before;
+    for (double run_in_s = runInOf(truth_.model);; run_in_s *= 2.0) {
+      if (!runIn(run_in_s, state)) return false;
+      double moved = before.empty() ? 1.0 : 0.0;
+      for (std::size_t i = 0; i < before.size(); ++i) moved = std::max(moved, std::fabs(state.mechanics[i] - before[i]));
+      if (moved < settled || run_in_s >= longest_run_in_s) return true;
+      before.assign(state.mechanics.begin(), state.mechanics.begin() + machine_.coordinates());
     }
-    return sound;
   }
 
   /// Adds samples first .. last - 1 to the signals.
@@ -214,6 +206,28 @@ class Way {
   }
 
  private:
+  bool runIn(double run_in_s, MachineState<double>& state) {
+    const ShaftInstant start = path_.at(0.0);
+    const ConstantShaft shaft(start.angle, start.speed);
+    Drive<double> drive = drive_;
+    drive.path = &shaft;
+    drive.hold_speed = true;
+    drive.excitation = nullptr;
+    drive.schedule = nullptr;
+    Simulator<double> sim(machine_, drive, 0.0);
+    sim.restIntegrators();
+    sim.settleLags(run_in_s);
+    const long first = -std::lround(run_in_s * sample_rate_hz);
+    state = sim.atRest(first / sample_rate_hz);
+    const bool sound = samples(sim, drive, state, first, 0, nullptr, [](const Record<double>&) {});
+    state.next_record = 0;
+    if (machine_.spin() != Spin::prescribed) {
+      state.mechanics[machine_.stateSize() - 2] = start.angle;
+      state.mechanics[machine_.stateSize() - 1] = start.speed;
+    }
+    return sound;
+  }
+
   template <class Sink>
   bool samples(const Simulator<double>& sim, Drive<double>& drive, MachineState<double>& state, long first, long last,
                const LoopNoise* noise, Sink&& sink) {

@@ -14,9 +14,10 @@ namespace {
 
 /// Predictions of all models of one structure, in the smallest step that any of them needs.
 std::vector<std::vector<double>> predictions(const Recording& rec, const std::vector<Model>& given, double angle,
-                                             std::vector<bool>& finite) {
+                                             double run_in_s, std::vector<bool>& finite) {
   const std::vector<Model> models = rec.run.unbalance.empty() ? given : withTrialWeights(given, rec);
   Stretch stretch = stretchOf(rec, models[0]);
+  stretch.settle_s = std::max(stretch.settle_s, run_in_s);
   std::vector<std::vector<double>> outs(models.size());
   std::vector<LaneJob> jobs;
   for (std::size_t k = 0; k < models.size(); ++k) {
@@ -57,9 +58,10 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
     Part& part = parts_[n];
     part.recording = which[n];
     part.angle_rad = local[which[n]].angle_rad;
+    part.run_in_s = local[which[n]].run_in_s;
     const Recording& rec = recordings_[which[n]];
     std::vector<bool> finite;
-    auto outs = predictions(rec, models, part.angle_rad, finite);
+    auto outs = predictions(rec, models, part.angle_rad, part.run_in_s, finite);
     part.columns = Eigen::MatrixXf::Zero(rec.samples * predicted_channels, p + 1);
     for (long i = 0; i < part.columns.rows(); ++i) {
       const double noise = rec.noise[i % predicted_channels];
@@ -91,7 +93,7 @@ std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool
       finite[n].assign(s, true);
       return;
     }
-    const auto outs = predictions(rec, starts, part.angle_rad, finite[n]);
+    const auto outs = predictions(rec, starts, part.angle_rad, part.run_in_s, finite[n]);
     constexpr long block = 256;
     Eigen::MatrixXd columns(block, size + 2);  // and 1, t of one channel
     for (int c = 0; c < predicted_channels; ++c) {

@@ -41,6 +41,7 @@ class StartScreen {
   struct Part {
     int recording;
     double angle_rad;
+    double run_in_s;  ///< that the point needs, see settledRunIn()
     Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
     std::vector<double> predicted;
   };
