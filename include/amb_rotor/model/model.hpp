@@ -42,7 +42,7 @@ struct RotorReduction {
 /// Friction where the surfaces stop sliding.
 enum class FrictionLaw {
   regularised,  ///< mu N tanh(v/v0): creeps instead of sticking; everywhere
-  set_valued    ///< Coulomb with stick, by located events; runs in process and the node graph
+  set_valued    ///< Coulomb with stick, by located events
 };
 
 struct Model {
