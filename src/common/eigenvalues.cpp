@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/complex_eigen.hpp"
 
 namespace amb_rotor {
 
@@ -40,6 +40,11 @@ GeneralEigen generalEigen(const MatrixXd& a) {
     solver.setMaxIterations(static_cast<Eigen::Index>(4000) * a.rows());
     solver.compute(a);
   }
+  return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
+}
+
+GeneralEigen complexEigen(const MatrixXcd& a) {
+  const Eigen::ComplexEigenSolver<MatrixXcd> solver(a);
   return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
 }
 

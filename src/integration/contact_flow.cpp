@@ -62,6 +62,7 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
 
 void ContactFlow::setDrive(const Drive& drive) {
   drive_ = drive;
+  for (Turn& turn : turn_) turn.h = -1.0;
   const Eigen::MatrixXd& c = flow_.outputMatrix();
   rest_output_ = c * drive_.rest + drive_.place;
   rest_outputs_ = c * drive_.rest_by;

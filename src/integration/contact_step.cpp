@@ -57,24 +57,44 @@ void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
   }
 }
 
-void ContactFlow::push(const LinearFlow::Table& table, const int* mode, int point) {
-  Outputs w = Eigen::Map<const Outputs>(&free_[point * rows]);
-  for (int e = 0; e < ends; ++e) {
-    if (mode[e] == 0) continue;
-    for (int at = 2 * points * e; at < 2 * points * (e + 1); ++at)
-      w += Eigen::Map<const Outputs>(&table.forced(point * rows, at)) * u_[at];
+/// Outputs at all nodes and the end under the forces.
+void ContactFlow::push(const LinearFlow::Table& table, const int* mode) {
+  constexpr int of_end = 2 * points;
+  w_ = free_;
+  for (int e = 0; e < ends; ++e)
+    if (mode[e] != 0)
+      product(table.forced.col(of_end * e).data(), (points + 1) * rows, of_end, &u_[of_end * e], w_.data(), true);
+}
+
+/// How far the drive's angle and decay get to the nodes and the end of a step: kept, as each step of the ladder is taken
+/// over and over.
+const ContactFlow::Turn& ContactFlow::turnOf(const LinearFlow::Table& table) {
+  Turn& turn = turn_[&table == &own_ ? levels : &table - table_];
+  if (turn.h == table.h) return turn;
+  const double* x = LinearFlow::abscissae();
+  turn.h = table.h;
+  for (int i = 0; i <= points; ++i) {
+    const double t = (i < points ? x[i] : 1.0) * table.h;
+    turn.cosine[i] = std::cos(drive_.speed * t);
+    turn.sine[i] = std::sin(drive_.speed * t);
+    turn.decay[i] = std::exp(-drive_.rate * t);
   }
-  w_.segment<rows>(point * rows) = w;
+  return turn;
 }
 
 bool ContactFlow::solve(const LinearFlow::Table& table, double time, const double* s, const int* mode) {
   const double* x = LinearFlow::abscissae();
   product(table.free.data(), table.free.rows(), flow_.size(), s, free_.data(), false);
+  const Turn& turn = turnOf(table);
+  const double angle = angle_ + drive_.speed * time, c0 = std::cos(angle), s0 = std::sin(angle),
+               d0 = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
   for (int i = 0; i <= points; ++i) {
     const double t = (i < points ? x[i] : 1.0) * table.h;
-    double w[rows];
-    keptUp(time + t, w);
-    for (int o = 0; o < rows; ++o) free_[i * rows + o] += w[o] + t * (drift_[0][o] + t * drift_[1][o]);
+    const double c = c0 * turn.cosine[i] - s0 * turn.sine[i], s_now = s0 * turn.cosine[i] + c0 * turn.sine[i],
+                 d = d0 * turn.decay[i];
+    for (int o = 0; o < rows; ++o)
+      free_[i * rows + o] += kept_[0][o] + c * kept_[1][o] + s_now * kept_[2][o] + d * kept_[3][o] +
+                             t * (drift_[0][o] + t * drift_[1][o]);
   }
   if (pushes_ != nullptr) pushAtNodes(table, time);
   guess(table, mode);
@@ -84,18 +104,18 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
   const bool same = contraction_h_ == table.h && ++since_measured_ < measured_every;
   double previous = 0.0;
   for (int pass = 0; pass < flow_iterations; ++pass) {
-    double change = 0.0;
-    for (int i = 0; i < points; ++i) {
-      double* w = &w_[i * rows];
-      std::copy(w, w + rows, before_.data());
-      push(table, mode, i);
-      for (int e = 0; e < ends; ++e)
-        for (int o = per_end * e; o < per_end * (e + 1) && mode[e] != 0; ++o) {
-          const double scale = o % per_end < 2 ? options_.length_scale : options_.speed_scale;
-          change = std::max(change, std::abs(w[o] - before_[o]) / scale);
-        }
+    before_.swap(w_);
+    push(table, mode);
+    double moved = 0.0, faster = 0.0;  // of all nodes and ends in contact
+    for (int k = 0; k < unknowns_; ++k) {
+      const int at = unknown_[k] / ends * rows + unknown_[k] % ends * per_end;
+      for (int o = at; o < at + 2; ++o) {
+        moved = std::max(moved, std::abs(w_[o] - before_[o]));
+        faster = std::max(faster, std::abs(w_[o + 2] - before_[o + 2]));
+      }
     }
-    change /= options_.tolerance;
+    const double change =
+        std::max(moved / options_.length_scale, faster / options_.speed_scale) / options_.tolerance;
     if (pass > 0) {
       if (!std::isfinite(change)) return false;
       if (pass > 1 && previous > converged) {  // below that it is round-off that changes
@@ -106,7 +126,6 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
       const double left = change * contraction_ / std::max(1e-3, 1.0 - contraction_);
       if (unknowns_ == 0 || change < converged ||
           ((pass > 1 || same) && contraction_ < 0.7 && left < converged)) {
-        push(table, mode, points);
         return true;
       }
       if (pass > 2 && change > 0.7 * previous) return false;
@@ -225,11 +244,9 @@ double ContactFlow::error(const LinearFlow::Table& table) {
       mean += weight[j] * u;
       third += 7.0 * weight[j] * 0.5 * t * (5.0 * t * t - 3.0) * u;
     }
-    for (int j = 0; j < points; ++j) {
-      const Eigen::Map<const Outputs> k(&table.forced(points * rows, LinearFlow::column(input, j)));
-      by_mean += k * mean;
-      by_third += k * third;
-    }
+    const Eigen::Map<const Outputs> k(table.steady.col(input).data());
+    by_mean += k * mean;
+    by_third += k * third;
   }
   double most = 0.0;
   for (int o = 0; o < rows; ++o) {

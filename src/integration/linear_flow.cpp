@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "amb_rotor/common/check.hpp"
-#include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/complex_eigen.hpp"
 #include "amb_rotor/integration/dense_products.hpp"
 
 namespace amb_rotor {
@@ -16,6 +16,13 @@ constexpr int flow_nodes = LinearFlow::nodes;
 constexpr double zero_below = 0.5;
 /// Error of A put together again, of its size: eigenvectors that nearly coincide show here.
 constexpr double largest_modal_misfit = 1e-9;
+
+/// Share of a row's largest entry up to which two entries that should be equal may differ: round-off.
+constexpr double turned_share = 1e-14;
+
+/// Rows of the matrix that makes mechanics, kept together: with 256 columns they fit the first cache, where their second
+/// product finds them.
+constexpr int block_rows = 16;
 
 struct Gauss {
   double x[flow_nodes] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
@@ -76,6 +83,19 @@ Eigen::VectorXd balance(Eigen::MatrixXd& a) {
   return scale;
 }
 
+/// Whether a quarter turn, which takes x to y and y to -x, leaves A as it is but for round-off of a row's entries.
+bool isotropic(const Eigen::MatrixXd& a, const std::vector<std::pair<int, int>>& pairs) {
+  if (pairs.empty() || 2 * static_cast<Eigen::Index>(pairs.size()) != a.rows()) return false;
+  for (const auto& p : pairs) {
+    const double least = turned_share * a.row(p.first).cwiseAbs().maxCoeff();
+    for (const auto& q : pairs)
+      if (!(std::abs(a(p.first, q.first) - a(p.second, q.second)) <= least) ||
+          !(std::abs(a(p.first, q.second) + a(p.second, q.first)) <= least))
+        return false;
+  }
+  return true;
+}
+
 /// int_0^t exp(lambda (t - r)) (r/h)^p dr for p = 0 .. m-1, for t = x h. By parts, with I_p the integral:
 ///   lambda I_p = (p/h) I_(p-1) - x^p,
 /// upwards where lambda t is large; downwards from a series where it is small, which would lose digits
@@ -126,44 +146,89 @@ void LinearFlow::interpolation(double x, double* weight) {
   }
 }
 
+LinearFlow::Modes LinearFlow::modesOf(const Eigen::MatrixXd& a) {
+  const GeneralEigen eigen = generalEigen(a);
+  Modes modes;
+  modes.found = eigen.converged;
+  modes.vectors.resize(a.rows(), a.rows());
+  for (Eigen::Index i = 0; i < a.rows() && modes.found; ++i) {
+    const std::complex<double> l = eigen.values[i];
+    if (std::abs(l) < zero_below) {
+      ++modes.zeros;
+    } else if (l.imag() >= 0.0) {
+      modes.vectors.col(static_cast<Eigen::Index>(modes.values.size())) = eigen.vectors.col(i);
+      modes.values.push_back(l);
+      modes.pair.push_back(l.imag() > 0.0);
+    }
+  }
+  return modes;
+}
+
+// z = x + j y obeys z' = (A_xx + j A_yx) z. An eigenvector u of that stands for the motion x = Re(u s), y = Im(u s), which
+// A has with the vector (u, -j u) and the eigenvalue, or with their conjugates.
+LinearFlow::Modes LinearFlow::modesOf(const Eigen::MatrixXd& a, const std::vector<std::pair<int, int>>& pairs) {
+  const std::complex<double> j(0.0, 1.0);
+  const Eigen::Index half = static_cast<Eigen::Index>(pairs.size());
+  Eigen::MatrixXcd turning(half, half);
+  for (Eigen::Index r = 0; r < half; ++r)
+    for (Eigen::Index c = 0; c < half; ++c)
+      turning(r, c) = {a(pairs[r].first, pairs[c].first), a(pairs[r].second, pairs[c].first)};
+  const bool still = turning.imag().cwiseAbs().maxCoeff() == 0.0;  // planes apart: the real problem is quicker
+  const GeneralEigen eigen = still ? generalEigen(turning.real()) : complexEigen(turning);
+  Modes modes;
+  modes.found = eigen.converged;
+  modes.vectors.resize(a.rows(), half);
+  for (Eigen::Index k = 0; k < half && modes.found; ++k) {
+    std::complex<double> l = eigen.values[k];
+    if (std::abs(l) < zero_below) {
+      modes.zeros += 2;
+      continue;
+    }
+    const bool backward = l.imag() < 0.0;
+    if (backward) l = std::conj(l);
+    const Eigen::Index column = static_cast<Eigen::Index>(modes.values.size());
+    for (Eigen::Index i = 0; i < half; ++i) {
+      const std::complex<double> x = eigen.vectors(i, k), y = -j * x;
+      modes.vectors(pairs[i].first, column) = backward ? std::conj(x) : x;
+      modes.vectors(pairs[i].second, column) = backward ? std::conj(y) : y;
+    }
+    modes.values.push_back(l);
+    modes.pair.push_back(true);
+  }
+  return modes;
+}
+
 LinearFlow::LinearFlow(const LinearSystem& system) {
   const int n = static_cast<int>(system.a.rows());
   AMB_ROTOR_CHECK(system.b.rows() == n && system.c.cols() == n && system.b.cols() % 2 == 0,
                   "sizes must match");
   Eigen::MatrixXd a = system.a;
-  const Eigen::VectorXd scale = balance(a);
-  const GeneralEigen eigen = generalEigen(a);
-  if (!eigen.converged) {
+  Eigen::VectorXd scale = balance(a);
+  for (const auto& pair : system.pairs) scale[pair.second] = scale[pair.first];
+  if (!system.pairs.empty()) a = scale.cwiseInverse().asDiagonal() * system.a * scale.asDiagonal();
+  const Modes found = isotropic(a, system.pairs) ? modesOf(a, system.pairs) : modesOf(a);
+  if (!found.found) {
     reason_ = "no eigenvalues found";
     return;
   }
-  std::vector<int> kept;
-  std::vector<bool> pair;
-  for (int i = 0; i < n; ++i) {
-    const std::complex<double> l = eigen.values[i];
-    if (std::abs(l) < zero_below)
-      ++zeros_;
-    else if (l.imag() >= 0.0) {
-      kept.push_back(i);
-      pair.push_back(l.imag() > 0.0);
-    }
-  }
+  zeros_ = found.zeros;
+  const std::vector<bool>& pair = found.pair;
   // columns: (Re v, -Im v) of pairs, v of real ones, then the space of the eigenvalue 0
   Eigen::MatrixXd basis(n, n), blocks = Eigen::MatrixXd::Zero(n, n);
   int column = 0;
   std::vector<int> place;
-  lambda_.resize(static_cast<int>(kept.size()));
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    const std::complex<double> l = eigen.values[kept[k]];
+  lambda_.resize(static_cast<int>(found.values.size()));
+  for (std::size_t k = 0; k < found.values.size() && column + (pair[k] ? 2 : 1) <= n; ++k) {
+    const std::complex<double> l = found.values[k];
     lambda_[static_cast<int>(k)] = l;
     place.push_back(column);
     blocks(column, column) = l.real();
-    basis.col(column++) = eigen.vectors.col(kept[k]).real();
+    basis.col(column++) = found.vectors.col(static_cast<int>(k)).real();
     if (!pair[k]) continue;
     blocks(column, column) = l.real();
     blocks(column, column - 1) = l.imag();
     blocks(column - 1, column) = -l.imag();
-    basis.col(column++) = -eigen.vectors.col(kept[k]).imag();
+    basis.col(column++) = -found.vectors.col(static_cast<int>(k)).imag();
   }
   if (column + zeros_ != n) {
     reason_ = "eigenvalues do not come in pairs";
@@ -186,7 +251,7 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
     reason_ = "eigenvectors nearly coincide";
     return;
   }
-  const int modes = static_cast<int>(kept.size()), size = 2 * modes + zeros_;
+  const int modes = static_cast<int>(found.values.size()), size = 2 * modes + zeros_;
   to_modal_ = Eigen::MatrixXd::Zero(size, n);
   from_modal_ = Eigen::MatrixXd::Zero(n, size);
   const Eigen::MatrixXd back = back_to_basis * scale.cwiseInverse().asDiagonal(),
@@ -236,13 +301,14 @@ void LinearFlow::splitRows(const Eigen::MatrixXd& a) {
   }
   for (int i = 0; i < n; ++i)
     if (!taken[static_cast<std::size_t>(i)]) others_.push_back(i);
-  place_rows_.resize(static_cast<int>(places_.size()), size());
-  for (std::size_t i = 0; i < places_.size(); ++i)
-    place_rows_.row(static_cast<int>(i)) = from_modal_.row(places_[i].place);
+  const int blocks = (static_cast<int>(places_.size()) + block_rows - 1) / block_rows;
+  place_rows_.setZero(block_rows, blocks * size());
+  for (int i = 0; i < static_cast<int>(places_.size()); ++i)
+    place_rows_.block(i % block_rows, i / block_rows * size(), 1, size()) = from_modal_.row(places_[i].place);
   other_rows_.resize(static_cast<int>(others_.size()), size());
   for (std::size_t i = 0; i < others_.size(); ++i)
     other_rows_.row(static_cast<int>(i)) = from_modal_.row(others_[i]);
-  place_.setZero(place_rows_.rows());
+  place_.setZero(block_rows * blocks);
   rate_ = place_;
   other_.setZero(other_rows_.rows());
 }
@@ -255,8 +321,11 @@ void LinearFlow::mechanics(const Eigen::VectorXd& s, Eigen::VectorXd& turned, Ei
     turned[n + k] = im * s[k] + re * s[n + k];
   }
   if (zeros_ > 0) turned.tail(zeros_).noalias() = chain_ * s.tail(zeros_);
-  product(place_rows_, s, place_);
-  product(place_rows_, turned, rate_);
+  for (int first = 0; first < static_cast<int>(place_.size()); first += block_rows) {
+    const double* block = place_rows_.col(first / block_rows * size()).data();
+    product(block, block_rows, size(), s.data(), &place_[first], false);
+    product(block, block_rows, size(), turned.data(), &rate_[first], false);
+  }
   for (std::size_t i = 0; i < places_.size(); ++i) {
     y[places_[i].place] = place_[static_cast<int>(i)];
     y[places_[i].rate] = rate_[static_cast<int>(i)];
@@ -343,6 +412,7 @@ LinearFlow::Table LinearFlow::emptyTable() const {
   t.forced.setZero((flow_nodes + 1) * outputs(), inputs() * flow_nodes);
   t.response.setZero(size(), inputs() * flow_nodes);
   t.top.setZero(outputs(), inputs() * flow_nodes);
+  t.steady.setZero(outputs(), inputs());
   return t;
 }
 
@@ -408,6 +478,9 @@ void LinearFlow::build(double h, Table& table) const {
       }
     }
   }
+  table.steady.setZero();
+  for (int i = 0; i < inputs(); ++i)
+    for (int j = 0; j < flow_nodes; ++j) table.steady.col(i) += table.forced.col(column(i, j)).tail(rows);
   for (int i = 0; i < inputs(); ++i)
     for (int j = 0; j < flow_nodes; ++j)
       for (int o = 0; o < rows; ++o) {

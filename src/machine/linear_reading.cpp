@@ -130,6 +130,11 @@ void LinearReading::probe() {
     cosine_.setZero();
     sine_.setZero();
   }
+  if (n_ == 4 * machine_.rotor().modes()) {
+    const int modes = machine_.rotor().modes();
+    for (int k = 0; k < modes; ++k)
+      for (const int first : {0, 2 * modes}) system_.pairs.emplace_back(first + k, first + modes + k);
+  }
   system_.c.resize(8, n_);
   for (int e = 0; e < 2; ++e) {
     system_.c.middleRows(4 * e, 2) = c.middleRows(2 * e, 2);

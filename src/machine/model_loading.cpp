@@ -21,7 +21,23 @@ constexpr int table_size = 401;
 constexpr double mass_agreement = 0.01;
 constexpr double same_plane_m = 1e-6;
 
-/// Planes that a force or a sensor needs, each once.
+ReducedRotor reducedFor(const Model& model, const FlexibleRotor& rotor) {
+  using Method = RotorReduction::Method;
+  if (model.reduction.method == Method::by_frequency) return allModes(rotor);
+  try {
+    if (model.reduction.method == Method::modal) return reduceModal(rotor, model.reduction.modes);
+    if (model.reduction.method == Method::balanced) return reduceBalanced(rotor, keptPlanes(model), model.reduction.modes);
+    return reduceCraigBampton(rotor, keptPlanes(model), model.reduction.modes);
+  } catch (const InputError& error) {
+    std::vector<Fault> faults = error.faults();
+    for (Fault& fault : faults)
+      fault.key = fault.key == "planes" ? "rig.planes" : fault.key == "damping" ? "rotor.geometry: damping" : "rotor.reduction.modes";
+    throw InputError(faults);
+  }
+}
+
+}  // namespace
+
 std::vector<double> keptPlanes(const Model& model) {
   std::vector<double> planes;
   for (const auto* pair : {model.rig.planes.amb, model.rig.planes.sensor, model.rig.planes.aux})
@@ -31,21 +47,6 @@ std::vector<double> keptPlanes(const Model& model) {
                planes.end());
   return planes;
 }
-
-ReducedRotor reducedFor(const Model& model, const FlexibleRotor& rotor) {
-  using Method = RotorReduction::Method;
-  if (model.reduction.method == Method::by_frequency) return allModes(rotor);
-  try {
-    if (model.reduction.method == Method::modal) return reduceModal(rotor, model.reduction.modes);
-    return reduceCraigBampton(rotor, keptPlanes(model), model.reduction.modes);
-  } catch (const InputError& error) {
-    std::vector<Fault> faults = error.faults();
-    for (Fault& fault : faults) fault.key = fault.key == "planes" ? "rig.planes" : "rotor.reduction.modes";
-    throw InputError(faults);
-  }
-}
-
-}  // namespace
 
 void fillFlexibleModes(Model& model, double highest_hz) {
   if (model.rotor_model != RotorModel::flexible || !model.flexible.mass.empty()) return;

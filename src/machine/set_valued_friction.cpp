@@ -20,7 +20,7 @@ void refuseSetValuedFriction(FrictionLaw law, const std::string& where) {
   throw InputError({{"", 0, "rig.auxiliary_bearing.friction_law", "set_valued",
                      "must be regularised in " + where +
                          ", whose fixed steps have no stick. regularised slides alike and creeps, below v0 = " + width +
-                         " by mu N tanh(v/v0), instead of sticking; amb simulate, drop maps and amb launch take set_valued"}});
+                         " by mu N tanh(v/v0), instead of sticking; what goes by located events takes set_valued"}});
 }
 
 StickSolver::StickSolver(const Machine<double>& machine)

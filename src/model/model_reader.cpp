@@ -116,12 +116,13 @@ void readUncertainty(YamlMap uncertainty, Model& model) {
 
 void readReduction(YamlMap reduction, Model& model) {
   using Method = RotorReduction::Method;
-  const int method = reduction.choice("method", {"modal", "craig_bampton"});
+  const int method = reduction.choice("method", {"modal", "craig_bampton", "balanced"});
   const double modes = reduction.number("modes");
   reduction.finish();
   if (method < 0 || std::isnan(modes)) return;
-  model.reduction.method = method == 0 ? Method::modal : Method::craig_bampton;
-  const int least = method == 0 ? 2 : 0;
+  constexpr Method methods[] = {Method::modal, Method::craig_bampton, Method::balanced};
+  model.reduction.method = methods[method];
+  const int least = methods[method] == Method::craig_bampton ? 0 : 2;
   if (modes < least || modes > most_kept_modes || modes != std::floor(modes))
     reduction.fault("modes", "must be a whole number from " + std::to_string(least) + " to " + std::to_string(most_kept_modes));
   else

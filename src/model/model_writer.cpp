@@ -107,10 +107,15 @@ const char* rotorModelName(RotorModel model) {
 
 const char* ambModelName(AmbModel model) { return model == AmbModel::linear ? "linear" : "equivalent"; }
 
+const char* reductionName(RotorReduction::Method method) {
+  using Method = RotorReduction::Method;
+  return method == Method::modal ? "modal" : method == Method::craig_bampton ? "craig_bampton" : "balanced";
+}
+
 std::string reductionText(const RotorReduction& reduction) {
   using Method = RotorReduction::Method;
   if (reduction.method == Method::by_frequency) return "";
-  return std::string("  reduction:\n    method: ") + (reduction.method == Method::modal ? "modal" : "craig_bampton") +
+  return std::string("  reduction:\n    method: ") + reductionName(reduction.method) +
          "\n    modes: " + std::to_string(reduction.modes) + "\n";
 }
 

@@ -3,6 +3,8 @@
 
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/machine/model_loading.hpp"
+#include "amb_rotor/model/model_writer.hpp"
 #include "amb_rotor/rotor/balanced_truncation.hpp"
 #include "amb_rotor/rotor/rotor_geometry.hpp"
 #include "bind.hpp"
@@ -85,7 +87,7 @@ void bindReduce(py::module_& m) {
          const std::vector<double>& frequencies_hz) {
         const SupportedRotor supported(model, speed_hz);
         const int per_mode = speed_hz != 0.0 ? 4 : 2;  // states of a mode: two a plane
-        if (method == "modal" && order % per_mode != 0)
+        if (method != "balanced" && order % per_mode != 0)
           throw InputError(
               {{"", 0, "--order", std::to_string(order),
                 "must be a multiple of " + std::to_string(per_mode) + ": a mode has so many states"}});
@@ -111,6 +113,8 @@ void bindReduce(py::module_& m) {
           }
           if (order > 0 && method == "modal")
             reduced = supported.system(reduceModal(supported.rotor(), order / per_mode));
+          if (order > 0 && method == "balanced_rotor")
+            reduced = supported.system(reduceBalanced(supported.rotor(), keptPlanes(model), order / per_mode));
           seen = responses(full, order > 0 ? &reduced : nullptr, frequencies_hz);
         }
         py::dict d;
@@ -118,11 +122,16 @@ void bindReduce(py::module_& m) {
         const RotorReduction& stated = model.reduction;
         d["model_reduction"] = stated.method == Method::by_frequency
                                    ? py::object(py::none())
-                                   : py::object(py::str((stated.method == Method::modal ? "modal, " : "craig_bampton, ") +
+                                   : py::object(py::str(std::string(reductionName(stated.method)) + ", " +
                                                         std::to_string(stated.modes) + " modes"));
         d["states"] = full.a.rows();
         d["order"] = order;
         d["hankel_m_per_N"] = ownedArray(std::vector<double>(hankel.data(), hankel.data() + hankel.size()));
+        d["position_m_per_N"] = py::none();
+        if (method == "balanced_rotor") {
+          const Eigen::VectorXd position = positionSingularValues(supported.rotor(), keptPlanes(model));
+          d["position_m_per_N"] = ownedArray(std::vector<double>(position.data(), position.data() + position.size()));
+        }
         d["support_stiffness_N_per_m"] = supported.stiffness();
         d["support_damping_N_s_per_m"] = supported.damping();
         const std::vector<py::ssize_t> shape = {static_cast<py::ssize_t>(frequencies_hz.size()),

@@ -61,6 +61,61 @@ Eigen::MatrixXd constraintShapes(const Eigen::MatrixXd& stiffness, const Eigen::
   return solveFullPivotingColumns(system, right).topRows(n);
 }
 
+/// What the bending modes are to forces and displacements at planes.
+struct PositionBalance {
+  FreeModes modes;
+  Eigen::VectorXd damping;     ///< of the bending modes [1/s]
+  Eigen::VectorXd sigma;       ///< position singular values [m/N], falling
+  Eigen::MatrixXd directions;  ///< in the bending modes, a column for each
+};
+
+/// Share of the largest singular value below which a direction is round-off.
+constexpr double weakest_share = 1e-12;
+
+/// L with L L^T = G. Rows and columns are brought to one size first, so that what is weakly driven keeps its digits.
+Eigen::MatrixXd gramianRoot(const Eigen::MatrixXd& gramian) {
+  const Eigen::VectorXd size = gramian.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd scale = (size.array() > 0.0).select(size.cwiseInverse(), 0.0);
+  const SymmetricEigen eigen = symmetricEigen(scale.asDiagonal() * gramian * scale.asDiagonal());
+  return size.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+/// Orthonormal columns with the same span, of columns that are independent.
+Eigen::MatrixXd orthonormalColumns(const Eigen::MatrixXd& columns) {
+  const Eigen::MatrixXd even = columns * columns.colwise().norm().cwiseInverse().asDiagonal();
+  const SymmetricEigen gram = symmetricEigen(even.transpose() * even);
+  return even * gram.vectors * gram.values.cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+PositionBalance positionBalance(const FlexibleRotor& rotor, const std::vector<double>& planes) {
+  PositionBalance balance;
+  balance.modes = freeModes(rotor);
+  const Eigen::Index n = rotor.freedoms() - 2;
+  const Eigen::VectorXd w2 = balance.modes.frequency.tail(n).cwiseAbs2();
+  balance.damping = rotorOf(rotor, balance.modes.vectors, balance.modes.frequency).damping.tail(n);
+  const Eigen::VectorXd& d = balance.damping;
+  if (!(d.minCoeff() > 0.0)) {
+    throw InputError({{"", 0, "damping", std::to_string(d.minCoeff()),
+                       "above 0 1/s in each bending mode: a mode without damping has no Gramian, so it cannot be balanced"}});
+  }
+  Eigen::MatrixXd shapes(planes.size(), n);
+  for (std::size_t p = 0; p < planes.size(); ++p)
+    shapes.row(p) = rotor.grid().displacementShape(planes[p]).transpose() * balance.modes.vectors.rightCols(n);
+  Eigen::MatrixXd control = shapes.transpose() * shapes, observe(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double sum = d(i) + d(j), apart = w2(i) - w2(j);
+      control(i, j) *= sum / (sum * (d(i) * w2(j) + d(j) * w2(i)) + apart * apart);
+      observe(i, j) = control(i, j) * (d(i) * d(j) + (d(i) * w2(i) + d(j) * w2(j)) / sum);
+    }
+  }
+  const Eigen::MatrixXd driven = gramianRoot(control);
+  const SingularValues product = squareSvd(gramianRoot(observe).transpose() * driven);
+  balance.sigma = product.sigma;
+  balance.directions = driven * product.v;
+  return balance;
+}
+
 }  // namespace
 
 Eigen::VectorXd ReducedRotor::shape(double z) const {
@@ -117,6 +172,33 @@ ReducedRotor reduceCraigBampton(const FlexibleRotor& rotor, const std::vector<do
   Eigen::VectorXd frequency = Eigen::VectorXd::Zero(bending + 2);
   frequency.tail(bending) = diagonal.values.cwiseMax(0.0).cwiseSqrt();
   return rotorOf(rotor, vectors, frequency);
+}
+
+Eigen::VectorXd positionSingularValues(const FlexibleRotor& rotor, const std::vector<double>& planes) {
+  return positionBalance(rotor, planes).sigma;
+}
+
+ReducedRotor reduceBalanced(const FlexibleRotor& rotor, const std::vector<double>& planes, int modes) {
+  const PositionBalance balance = positionBalance(rotor, planes);
+  const double least = weakest_share * balance.sigma(0);
+  const int most = 2 + static_cast<int>((balance.sigma.array() > least).count());
+  if (modes < 2 || modes > most) {
+    throw InputError({{"", 0, "modes", std::to_string(modes),
+                       "from 2 (rigid) to " + std::to_string(most) + ", which is all that the planes drive and see"}});
+  }
+  if (modes == 2) return reduceModal(rotor, 2);  // nothing bends
+  const Eigen::Index bending = modes - 2;
+  const Eigen::VectorXd all = balance.modes.frequency.tail(balance.modes.frequency.size() - 2);
+  const Eigen::MatrixXd span = orthonormalColumns(balance.directions.leftCols(bending));
+  const SymmetricEigen diagonal = symmetricEigen(span.transpose() * all.cwiseAbs2().asDiagonal() * span);
+  const Eigen::MatrixXd shares = span * diagonal.vectors;  // of the free modes in those kept: orthonormal columns
+  Eigen::MatrixXd vectors(rotor.freedoms(), modes);
+  vectors << balance.modes.vectors.leftCols(2), balance.modes.vectors.rightCols(all.size()) * shares;
+  Eigen::VectorXd frequency = Eigen::VectorXd::Zero(modes);
+  frequency.tail(bending) = diagonal.values.cwiseMax(0.0).cwiseSqrt();
+  ReducedRotor reduced = rotorOf(rotor, vectors, frequency);
+  reduced.damping.tail(bending) = shares.cwiseAbs2().transpose() * balance.damping;
+  return reduced;
 }
 
 }  // namespace amb_rotor

@@ -6,7 +6,6 @@
 #include <memory>
 #include <numeric>
 
-#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/validation/breakdown.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/stretches.hpp"
@@ -14,7 +13,6 @@
 namespace amb_rotor {
 
 Comparison compare(const Model& model, const Dataset& dataset, const CompareOptions& options) {
-  refuseSetValuedFriction(model.friction_law, "a comparison");
   std::unique_ptr<tbb::global_control> limit;
   if (options.threads > 0)
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);

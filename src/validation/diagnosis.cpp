@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "amb_rotor/effects/catalogue.hpp"
-#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/validation/equivalent_unbalance.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
@@ -443,7 +442,6 @@ Diagnosis Diagnoser::run() {
 }  // namespace
 
 Diagnosis diagnose(const Model& model, const Dataset& dataset, const DiagnosisOptions& options) {
-  refuseSetValuedFriction(model.friction_law, "a diagnosis");
   std::unique_ptr<tbb::global_control> limit;
   if (options.threads > 0)
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);

@@ -237,6 +237,7 @@ std::vector<double> signalsOf(const Experiment& experiment, const Model& model, 
     stretch.settle_s = settledRunIn(rec, rig, stretch, 0.0);
   else
     stretch.contact_step_s = contactStep(rig);
+  stretch.by_events = !free && rig.friction_law == FrictionLaw::set_valued;
   std::vector<double> out(rec.measured.size());
   std::vector<LaneJob> jobs = {jobOf(rec, rig, 0.0)};
   jobs[0].out = out.data();

@@ -61,6 +61,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   const int g = static_cast<int>(models.size()) - 1;
   Stretch whole = stretchOf(rec, base_model);
   whole.contact_step_s = contactStep(base_model);
+  whole.by_events = base_model.friction_law == FrictionLaw::set_valued;
   const int mechanics = mechanicsSize(base_model, whole.spin);
   const int spin_states = whole.spin == Spin::prescribed ? 0 : 2;
   const int free_states = mechanics - spin_states;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "amb_rotor/common/units.hpp"
-#include "amb_rotor/machine/set_valued_friction.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
@@ -48,7 +47,6 @@ Model withoutUncertainty(Model model) {
 
 LiveComparison::LiveComparison(const Model& model, const LiveOptions& options)
     : model_(withoutUncertainty(model)), options_(options) {
-  refuseSetValuedFriction(model.friction_law, "a live comparison");
   const double sample_rate = model.amb_model == AmbModel::linear ? model.rig.controller.sample_rate_hz : 0.0;
   const long wished = std::lround(options.block_s * options.rate_hz);
   for (long n = std::max(wished, 16L); n <= longest_block * wished + 16; ++n) {

@@ -8,6 +8,7 @@ namespace amb_rotor {
 void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count);
+void predictByEvents(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 
 namespace {
 
@@ -42,6 +43,20 @@ std::pair<double, double> controllerInstants(const Model& model) {
 }  // namespace
 
 void predict(const Stretch& stretch, std::vector<LaneJob>& jobs) {
+  if (stretch.by_events) return predictByEvents(stretch, jobs.data(), jobs.size());
+  if (!jobs.empty() && jobs[0].model->friction_law == FrictionLaw::set_valued) {
+    std::vector<Model> regularised;  // nothing touches, or it is far off anyway
+    std::vector<const Model*> own;
+    for (const LaneJob& job : jobs) {
+      own.push_back(job.model);
+      regularised.push_back(*job.model);
+      regularised.back().friction_law = FrictionLaw::regularised;
+    }
+    for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].model = &regularised[i];
+    predict(stretch, jobs);
+    for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].model = own[i];
+    return;
+  }
   std::map<std::pair<double, double>, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < jobs.size(); ++i) groups[controllerInstants(*jobs[i].model)].push_back(i);
   if (groups.size() == 1) {

@@ -67,7 +67,18 @@ def test_modal_keeps_the_lowest_modes(tmp_path):
     assert numpy.abs(after[low] - before[low]).max() < 0.01 * before.max()
 
 
-@pytest.mark.parametrize("words", [("--order", "0"), ("--order", "7", "--method", "modal"), ("--order", "100000"),
+def test_balanced_rotor_is_what_runs_take(tmp_path, capsys):
+    status, result = reduced(tmp_path, "--method", "balanced_rotor", "--order", "12")
+    assert status == 0 and result["order"] == 12 and result["error_bound_m_per_N"] is None
+    said = capsys.readouterr().out
+    assert "rotor.reduction: {method: balanced, modes: 6}" in said
+    position = numpy.array(result["position_m_per_N"])
+    assert (numpy.diff(position) <= 0).all() and (position > 0).all()
+    # what is cut first rings at most twice its singular value on the free rotor; the bearings add damping
+    assert result["largest_error_m_per_N"] < 3.0 * position[4:].sum()
+
+
+@pytest.mark.parametrize("words", [("--order", "0"), ("--order", "7", "--method", "balanced_rotor"), ("--order", "7", "--method", "modal"), ("--order", "100000"),
                                    ("--error", "-1"), ("--to", "0.5")])
 def test_bad_arguments_are_refused(tmp_path, words, capsys):
     assert reduced(tmp_path, *words)[0] == 2

@@ -1,6 +1,7 @@
 // A free spin with unbalance: the shaft's translation and its turning act on each other (excitation/unbalance.hpp).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <complex>
 
 #include "../support/models.hpp"
@@ -143,6 +144,80 @@ TEST(MachineFreeSpin, AWeakDriveIsCaughtBelowTheCriticalSpeed) {
   };
   EXPECT_NEAR(lastSpeed(weak, 10.0), low, 1e-4 * low);
   EXPECT_GT(lastSpeed(strong, 2.0), 1.5 * critical);
+}
+
+TEST(MachineFreeSpin, ABowedShaftIsAPendulum) {
+  // On stiff springs the mass goes round with the bow: V = m g bow sin u, and the energy of motion is that of Ip + m bow^2.
+  const double bow = 1e-3, swing = 0.02, stiffness = 2e7;
+  Model model = with(springMass(stiffness, 0.0), "shaft_bow", {bow, bow, 0.0});
+  model.rig.rotor.polar_inertia_kg_m2 = spun_inertia;
+  model.rig.gravity_m_s2 = 9.81;
+  model.rig.auxiliary_bearing.clearance_m = 0.1;
+  const double w = std::sqrt(9.81 * spun_mass * bow / (spun_inertia + spun_mass * bow * bow)), start = -0.5 * pi + swing;
+  Scenario scenario = from(freeSpin(0.0, two_pi / w, 100.0),
+                           {bow * std::cos(start), bow * std::sin(start) - spun_mass * 9.81 / stiffness}, {});
+  scenario.speed.initial_angle_rad = start;
+  const auto run = simulate(model, scenario);
+  ASSERT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
+  const auto& t = run.trajectory;
+  for (std::size_t i = 0; i < t.time_s.size(); ++i)
+    // the swing's square over 16 in the frequency, over a period; the mass swings on its springs by (w/w1)^2 = 5e-6
+    EXPECT_NEAR(t.angle_rad[i] + 0.5 * pi, swing * std::cos(w * t.time_s[i]), swing * (two_pi * swing * swing / 16 + 1e-4));
+}
+
+/// Bow, crack and unbalance on springs; a bearing's axis may be off.
+struct BentAndCracked {
+  double spring = 2e5, bow[2] = {2e-4, -1e-4}, bow_phase = 0.4, depth = 0.0, crack_phase = 1.1, moment = 1e-4;
+  double inertia[2] = {spun_mass, 0.017}, arm[2] = {-0.096, 0.096}, on[2] = {1.0, 1.0};  // on: of end a, axes x, y
+
+  Model model() const {
+    Model m = withUnbalance(springBeam(spring, 0.0), moment);
+    m.rig.rotor.polar_inertia_kg_m2 = spun_inertia;
+    m.rig.gravity_m_s2 = 9.81;
+    m.rig.auxiliary_bearing.clearance_m = 0.1;
+    m = with(m, "shaft_bow", {bow[0], bow[1], bow_phase});
+    return depth > 0.0 ? with(m, "shaft_crack", {depth, crack_phase}) : m;
+  }
+  /// Of a state x, b, y, r, their rates, angle, speed.
+  double energy(const std::vector<double>& y) const {
+    const double angle = y[8], speed = y[9], c = std::cos(angle), s = std::sin(angle);
+    double sum = 0.5 * spun_inertia * speed * speed + 9.81 * (spun_mass * y[2] + moment * s) +
+                 moment * speed * (c * y[6] - s * y[4]);
+    for (int k = 0; k < 4; ++k) sum += 0.5 * inertia[k % 2] * y[4 + k] * y[4 + k];
+    for (int end = 0; end < 2; ++end) {
+      const double x = (y[0] + arm[end] * y[1]) * (end == 0 ? on[0] : 1.0),
+                   z = (y[2] + arm[end] * y[3]) * (end == 0 ? on[1] : 1.0);
+      const double u = angle + crack_phase, along = x * std::cos(u) + z * std::sin(u);
+      sum += spring * (0.5 * (x * x + z * z) -
+                       bow[end] * (x * std::cos(angle + bow_phase) + z * std::sin(angle + bow_phase)) -
+                       0.25 * depth * (1.0 + std::cos(u)) * along * along);
+    }
+    return sum;
+  }
+};
+
+TEST(MachineFreeSpin, BowAndCrackKeepTheEnergy) {
+  std::vector<BentAndCracked> cases(3);
+  cases[0].depth = 0.4;
+  cases[1].depth = 0.4;
+  cases[1].bow[0] = cases[1].bow[1] = 0.0;
+  cases[2].on[0] = 0.0;  // a bow has a potential in each axis
+  for (const BentAndCracked& rotor : cases) {
+    const double w0 = 60.0;
+    Scenario scenario = from(freeSpin(w0 / two_pi, 0.2), {3e-4, -2e-4, 1e-3, 2e-3}, {0.05, -0.02, 0.3, 0.1});
+    if (rotor.on[0] == 0.0) scenario = bearingsOff(scenario, 0.0, 0, 0);
+    RunOptions options;
+    options.relative_tolerance = 1e-11;
+    const auto run = simulate(rotor.model(), scenario, options);
+    ASSERT_EQ(run.outcome.status, RunStatus::ok) << run.outcome.reason;
+    const auto& speed = run.trajectory.speed_rad_s;
+    const auto range = std::minmax_element(speed.begin(), speed.end());
+    const double moved = spun_inertia * w0 * (*range.second - *range.first);  // energy that went to and fro
+    EXPECT_GT(moved, 2e-3 * spun_inertia * w0 * w0);
+    const std::vector<double> first = {3e-4, 1e-3, -2e-4, 2e-3, 0.05, 0.3, -0.02, 0.1, 0.0, w0};
+    // what the integrator leaves at 1e-11 in some thousand steps; without the torques it is of the size of `moved`
+    EXPECT_NEAR(rotor.energy(run.final_state.mechanics), rotor.energy(first), 1e-6 * moved) << rotor.depth;
+  }
 }
 
 TEST(MachineFreeSpin, TooLittleInertiaIsRefusedByName) {

@@ -87,14 +87,22 @@ TEST(FlexibleMachineTest, KeepsWhatTheModelFileAsksFor) {
   fillFlexibleModes(held);
   ASSERT_EQ(held.flexible.mass.size(), 6u);  // four planes (sensors and auxiliary bearings share theirs), two modes
 
+  Model balanced = supported();
+  balanced.reduction = {RotorReduction::Method::balanced, 6};
+  fillFlexibleModes(balanced);
+  ASSERT_EQ(balanced.flexible.mass.size(), 6u);
+
   // the lowest three frequencies on the bearings come from above (Rayleigh), by what the modes left out would yield:
   // 1.2 % at most here
-  const auto exact = machineFrequencies(full), few = machineFrequencies(modal), planes = machineFrequencies(held);
+  const auto exact = machineFrequencies(full), few = machineFrequencies(modal), planes = machineFrequencies(held),
+             seen = machineFrequencies(balanced);
   for (int k = 0; k < 3; ++k) {
     EXPECT_NEAR(few[k] / exact[k], 1.0, 0.02) << k;
     EXPECT_NEAR(planes[k] / exact[k], 1.0, 0.02) << k;
+    EXPECT_NEAR(seen[k] / exact[k], 1.0, 0.02) << k;
     EXPECT_GE(few[k], exact[k] * (1.0 - 1e-6));
     EXPECT_GE(planes[k], exact[k] * (1.0 - 1e-6));
+    EXPECT_GE(seen[k], exact[k] * (1.0 - 1e-6));
   }
   // a static force at a kept plane: exact with Craig-Bampton but for the round-off of the stiff modes and the table's
   // interpolation (1e-5 of a shape), not with three bending modes

@@ -77,6 +77,7 @@ struct BearingSite {
   Vec2<S> velocity;         ///< [m/s]
   Vec2<S> current;          ///< that makes the force [A]
   S net_stiffness = S(0.0);     ///< Ki kp - Ks, or the equivalent stiffness [N/m]
+  Vec2<S> on = {S(1.0), S(1.0)};  ///< 1 on, 0 off, each axis: what bearingForce() adds is taken times it
 };
 
 template <class S>
@@ -101,6 +102,9 @@ class EffectPhysics {
   virtual void flux(const Rig<S>&, const S&, const S&, CoilFlux<S>&) const {}
   /// Force that is added at a magnetic bearing while it is on.
   virtual void bearingForce(const BearingSite<S>&, Vec2<S>&) const {}
+  /// Torque [N m] on a free spin that belongs to that force: where it is -dV/dp of a potential V(p, angle) [J] it is
+  /// -dV/dangle. `on` is not taken off it.
+  virtual S bearingTorque(const BearingSite<S>&) const { return S(0.0); }
   virtual void rotorForce(const Shaft<S>&, RotorForces<S>&) const {}
   virtual void contactCentre(int, Vec2<S>&) const {}
   /// Centre of the edge that a rotor at `offset` from the bearing's centre meets, in place (a tilted bearing).

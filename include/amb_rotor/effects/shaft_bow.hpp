@@ -2,7 +2,10 @@
 // Shaft bow: the rotor is bent at rest. At each bearing the bent shaft is pushed by the net stiffness k:
 //   F = k bow (cos, sin)(t + p),  k = Ki kp - Ks
 // bow [m] at end A and B, common phase p [rad] in the rotor; not seen by the sensors. Signature: 1X that
-// does not grow with speed squared. Left out: bow that changes with temperature, torque on a free spin.
+// does not grow with speed squared. With u = t + p and r the displacement there, F = -dV/dr of
+//   V = -k bow (x cos u + y sin u)          [J]
+// so a free spin feels -dV/du = k bow (y cos u - x sin u) [N m]; of an axis that is off, neither.
+// Left out: bow that changes with temperature.
 // Valid: a loop whose stiffness at the speed is that at rest; a bow small against gap and clearance.
 // Source: Nicholas, Gunter and Allaire, J. Eng. Power 98 (1976) 171.
 #include "amb_rotor/effects/effect.hpp"
@@ -26,6 +29,11 @@ struct ShaftBow {
     unsigned roles() const override { return acts_on_bearing_force; }
     void bearingForce(const BearingSite<S>& site, Vec2<S>& force) const override {
       force += (site.net_stiffness * bow_[site.end]) * phase_.turn(*site.shaft);
+    }
+    S bearingTorque(const BearingSite<S>& site) const override {
+      const Vec2<S> e = phase_.turn(*site.shaft);
+      return site.net_stiffness * bow_[site.end] *
+             (site.on.y * site.position.y * e.x - site.on.x * site.position.x * e.y);
     }
 
    private:

@@ -2,7 +2,10 @@
 // Shaft crack (breathing): the stiffness is lower once a turn in one direction of the rotor; with relative depth h,
 //   F = h k (1 + cos u)/2 n (n.p),  n = (cos u, sin u),  u = t + phase,  k = Ki kp - Ks
 // at each magnetic bearing, p the displacement there. Signature: 2X at half the critical speed under a static load.
-// Left out: crack breathing by the orbit, local flexibility at the crack's own plane, torque on a free spin.
+// F = -dV/dp of what the spring k (n.p)^2/2 has less, V = -h k (1 + cos u)/4 (n.p)^2 [J], so a free spin feels
+//   -dV/du = h k (n.p) ((1 + cos u)/2 (n'.p) - sin u/4 (n.p)),  n' = (-sin u, cos u)      [N m]
+// With one axis of a bearing off the force has no potential, and no torque.
+// Left out: crack breathing by the orbit, local flexibility at the crack's own plane.
 // Valid: weight dominates: the motion is small against the sag, so that the crack opens and closes with the turn.
 // Source: Gasch, J. Sound Vib. 160 (1993) 313; (1 + cos u)/2 of Mayes and Davies, J. Vib. Acoust. 106 (1984) 139.
 #include "amb_rotor/effects/effect.hpp"
@@ -28,6 +31,12 @@ struct ShaftCrack {
       const Vec2<S> n = phase_.turn(*site.shaft);
       const S open = S(0.5) * (S(1.0) + n.x);
       force += (depth_ * site.net_stiffness * open * n.dot(site.position)) * n;
+    }
+    S bearingTorque(const BearingSite<S>& site) const override {
+      const Vec2<S> n = phase_.turn(*site.shaft);
+      const S along = n.dot(site.position), across = n.x * site.position.y - n.y * site.position.x;
+      return site.on.x * site.on.y * depth_ * site.net_stiffness * along *
+             (S(0.5) * (S(1.0) + n.x) * across - S(0.25) * n.y * along);
     }
 
    private:

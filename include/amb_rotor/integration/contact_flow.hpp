@@ -96,7 +96,12 @@ class ContactFlow {
   bool flight(double& time, double length, double* s, const int* mode, int& end);
   void pushAtNodes(const LinearFlow::Table& table, double time);
   void guess(const LinearFlow::Table& table, const int* mode);
-  void push(const LinearFlow::Table& table, const int* mode, int point);
+  void push(const LinearFlow::Table& table, const int* mode);
+  struct Turn {
+    double h = -1.0;
+    double cosine[points + 1], sine[points + 1], decay[points + 1];
+  };
+  const Turn& turnOf(const LinearFlow::Table& table);
   void evaluate();
   bool stillFits(const LinearFlow::Table& table) const;
   void linearise(const LinearFlow::Table& table);
@@ -121,6 +126,7 @@ class ContactFlow {
   Eigen::MatrixXd rest_outputs_, decay_outputs_;      ///< of rest_by, decay_by
   Eigen::VectorXd rest_output_;
   LinearFlow::Table table_[levels], own_;
+  Turn turn_[levels + 1];  ///< of the ladder's steps, and of own_
   int level_ = 4, first_level_ = 4;
   bool fresh_ = false;
   Eigen::VectorXd own_real_, own_imaginary_, span_real_, span_imaginary_, moved_;

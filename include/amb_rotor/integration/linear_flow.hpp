@@ -14,13 +14,18 @@
 // longer than 2 there. Checked by putting A together again to 1e-9 of its size. No allocation after
 // construction.
 #include <Eigen/Core>
+#include <complex>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace amb_rotor {
 
 struct LinearSystem {
   Eigen::MatrixXd a, b, c;
+  /// Of each pair the state along x and the one along y, where that is all of them: where A is the same turned by a
+  /// quarter (a machine without a preferred direction), its eigenproblem is one of x + j y, of half the size.
+  std::vector<std::pair<int, int>> pairs;
 };
 
 class LinearFlow {
@@ -66,6 +71,7 @@ class LinearFlow {
     Eigen::MatrixXd free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
     Eigen::MatrixXd forced;    ///< the same from u: (nodes + 1) outputs x inputs nodes
     Eigen::MatrixXd response;  ///< s at the end from u: size x inputs nodes
+    Eigen::MatrixXd steady;    ///< outputs at the end from constant u: outputs x inputs
     Eigen::MatrixXd top;       ///< outputs at the end from the highest Legendre polynomial in u
   };
   /// Column of u for an input at a node: inputs in pairs (one end's x, y), node by node.
@@ -79,6 +85,16 @@ class LinearFlow {
   static void interpolation(double x, double* weight);
 
  private:
+  /// Eigenvalues with an imaginary part of 0 or more, once each, and their vectors.
+  struct Modes {
+    std::vector<std::complex<double>> values;
+    std::vector<bool> pair;  ///< stands for its conjugate, too
+    Eigen::MatrixXcd vectors;
+    int zeros = 0;
+    bool found = false;
+  };
+  static Modes modesOf(const Eigen::MatrixXd& a);
+  static Modes modesOf(const Eigen::MatrixXd& a, const std::vector<std::pair<int, int>>& pairs);
   void splitRows(const Eigen::MatrixXd& a);
 
   std::string reason_;

@@ -4,7 +4,7 @@
 // force is met to 1/64 of a step (or 2.5 us); all other steps only need to resolve the smooth motion. The event-accurate
 // stepper is the reference.
 // Set-valued friction is not here: whether an end sticks is a mode of its own, with events of its own, in every lane. A
-// model with friction_law set_valued is refused by name.
+// model with friction_law set_valued is refused by name; predictions take such windows by events (validation/predict.hpp).
 #include <algorithm>
 #include <cmath>
 

@@ -258,6 +258,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   Shaft<S> shaft = spin_ == Spin::prescribed ? in.shaft : shaftOf(state);
   shaft.time = in.shaft.time;
   S spin_torque(0.0);
+  const bool free_spin = spin_ == Spin::free && !in.hold_speed;
   if (spin_ != Spin::prescribed && !in.hold_speed)
     for (const auto* effect : spinning_) effect->spin(rig_, shaft.speed, shaft.acceleration);
 
@@ -275,12 +276,14 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   for (int end = 0; end < 2; ++end) {
     BearingSite<S> site{&rig_, &shaft, end, rotor_.at(plane_amb + end, q) - stator,
                         rotor_.at(plane_amb + end, v) - stator_velocity, force_current[end],
-                        net_stiffness_};
+                        net_stiffness_, in.bearing_on[end]};
     Vec2<S> force = magneticForce(force_current[end], site.position, site.velocity);
     for (const auto* effect : bearing_) effect->bearingForce(site, force);
     force = {force.x * in.bearing_on[end].x, force.y * in.bearing_on[end].y};
     rotor_.push(plane_amb + end, force, generalised);
     reaction -= force;
+    if (free_spin)
+      for (const auto* effect : bearing_) spin_torque += effect->bearingTorque(site);
     if (seen != nullptr) {
       seen->bearing_force[end] = force;
       seen->amb_position[end] = site.position;
@@ -326,7 +329,6 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
       seen->ring_speed[end] = angular[end];
     }
   }
-  const bool free_spin = spin_ == Spin::free && !in.hold_speed;
   if (free_spin) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
 
   for (std::size_t i = 0; i < actingUnbalances(in); ++i) {

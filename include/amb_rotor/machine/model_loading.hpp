@@ -1,6 +1,7 @@
 #pragma once
 // A model file made ready to run: where its rotor is flexible, the modes of its geometry are filled in.
 #include <string>
+#include <vector>
 
 #include "amb_rotor/model/model.hpp"
 
@@ -18,5 +19,9 @@ Model loadModel(const std::string& path);
 /// (so that the coordinates of a rigid beam keep their meaning), the bending modes the rotor's mass.
 /// @throw InputError  geometry unreadable, or its mass differs from rotor.mass_kg by more than 1 %
 void fillFlexibleModes(Model& model, double highest_hz = highest_mode_hz);
+
+/// Planes of magnetic bearings, sensors and auxiliary bearings, each once [m from the centre of gravity]: what a reduction
+/// keeps or balances for.
+std::vector<double> keptPlanes(const Model& model);
 
 }  // namespace amb_rotor

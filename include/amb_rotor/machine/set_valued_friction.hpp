@@ -1,5 +1,6 @@
 #pragma once
-// Set-valued Coulomb friction: stick without creep, in runs that locate events (in process, and the graph's plant).
+// Set-valued Coulomb friction: stick without creep, in runs that locate events (in process, the graph's plant, and
+// predictions of windows through contact).
 //
 //   slides:  F = -sign(v) mu N            v the sliding speed of the surfaces [m/s], F the friction on the rotor along
 //   sticks:  v = 0, F in [-mu N, mu N]    t = (-n_y, n_x) [N]
@@ -15,7 +16,7 @@
 // the eps and what the integrator lets drift. Where both ends of a rigid rotor stick and only the sum of their forces
 // matters, B is singular: a share of 1e-9 of its trace on its diagonal takes the solution of least norm.
 //
-// Lanes of fixed steps (predictions: compare, diagnose, the validator) refuse it by name and say what else there is.
+// Lanes of fixed steps refuse it by name: they have no events, and whether an end sticks is a mode of each lane.
 // Left out: rolling resistance, a stick that grows with the time at rest, presliding compliance of the surfaces.
 #include <string>
 

@@ -32,16 +32,17 @@ struct RotorReduction {
   enum class Method {
     by_frequency,  ///< the free modes up to a frequency far above what the bearings reach
     modal,         ///< the lowest free modes
-    craig_bampton  ///< the displacements at bearings and sensors, and the lowest modes with these held
+    craig_bampton,  ///< the displacements at bearings and sensors, and the lowest modes with these held
+    balanced        ///< what bearings and sensors drive and see most
   };
   Method method = Method::by_frequency;
-  int modes = 0;  ///< modal: the two rigid ones counted; craig_bampton: those held
+  int modes = 0;  ///< modal, balanced: the two rigid ones counted; craig_bampton: those held
 };
 
 /// Friction where the surfaces stop sliding.
 enum class FrictionLaw {
   regularised,  ///< mu N tanh(v/v0): creeps instead of sticking; everywhere
-  set_valued    ///< Coulomb with stick, by located events; runs in process and the node graph
+  set_valued    ///< Coulomb with stick, by located events
 };
 
 struct Model {

@@ -8,6 +8,8 @@
 
 namespace amb_rotor {
 
+/// As a model file names it; not for by_frequency.
+const char* reductionName(RotorReduction::Method method);
 /// The lines of `rotor.reduction`; empty where it is by frequency.
 std::string reductionText(const RotorReduction& reduction);
 

@@ -12,8 +12,8 @@
 // Method: Lyapunov equations by the complex Schur form (Bartels & Stewart 1972), square-root
 // balancing (Laub et al. 1987). A sigma below about 1e-12 of the first is round-off.
 // Valid: any stable linear system up to a few hundred states.
-// Left out: the second-order structure (a truncated system is no rotor any more), frequency weights,
-// exact static gain.
+// Left out: the second-order structure (a truncated system is no rotor any more; reduction.hpp has one that is),
+// frequency weights, exact static gain.
 // Errors: InputError if the system is not stable or the order does not fit.
 
 #include <Eigen/Core>

@@ -8,19 +8,33 @@
 //   m_i = 1 (mass normalised), k_i = w_i^2 [1/s2], d_i [1/s], q [m kg^0.5], phi [kg^-0.5], G [-], symmetric.
 //   phi_0 = 1/sqrt(m) and phi_1 = z/sqrt(It) are the exact rigid motions; k_0 = k_1 = 0.
 //
-// Three ways:
+// Four ways:
 //  - modal: the lowest free-free modes. Static flexibility of the modes left out is lost.
 //  - Craig-Bampton (Craig & Bampton 1968, AIAA J. 6, 1313): the displacements of the kept planes with their
 //    static shapes, plus the lowest modes with those planes held; made diagonal again. A static force at a
 //    kept plane bends the rotor exactly as in the full model.
+//  - balanced: what the kept planes drive and see most (below), at any place and under any force used like the others.
 //  - all modes: the full finite element rotor in the same form.
+//
+// Balanced truncation that keeps the rotor. At rest the free rotor is its two rigid motions, which have no Gramians
+// and are kept exactly, beside stable bending modes i, driven and seen at the kept planes z_p:
+//   a_ij = sum_p phi_i(z_p) phi_j(z_p),  s = d_i + d_j,
+//   P_ij = a_ij s/(s (d_i w_j^2 + d_j w_i^2) + (w_i^2 - w_j^2)^2)      controllability of the displacements
+//   Q_ij = P_ij (d_i d_j + (d_i w_i^2 + d_j w_j^2)/s)                  observability of the displacements
+// the upper left blocks of the Gramians of balanced_truncation.hpp, in closed form: with S = [D 1; 1 0] S A is symmetric
+// and S B = C^T, so the second Gramian is S (first) S. sigma_i = sqrt(eig_i(P Q)) [m/N] are the position singular values
+// (Meyer & Srinivasan 1996, IEEE Trans. Autom. Control 41, 1632; Chahlaoui et al. 2006, Linear Algebra Appl. 415, 373);
+// as the damping goes to zero each is one of a pair of Hankel singular values, phi^2/(4 zeta w^2). The directions of the
+// largest span what is kept, and M, D, K, G are all projected on it from both sides alike: M and D stay positive, K
+// not negative, so the reduced rotor is passive as the full one is, whatever the control and contact do to it. Unlike with
+// two different projections there is no bound on its error; `amb reduce` measures it.
 // Proportional damping stays diagonal; modal damping is given by the ratio of each bending mode kept. With
 // Craig-Bampton the higher ones of these modes are not modes of the full rotor; they take the ratio of their
-// number.
-// Balanced truncation gives a state space, not a rotor: balanced_truncation.hpp.
+// number. Balanced ones take the mean of the modes' damping over their shares, without what couples them (of the order
+// of zeta, and none with proportional damping).
 // Valid: below about half the highest frequency kept (modal), or half that of the held modes (Craig-Bampton).
-// Left out: the coupling by the gyroscopic matrix to modes left out.
-// Errors: InputError for a number of modes or planes that does not fit.
+// Left out: the coupling by the gyroscopic matrix to modes left out, and the spin in the Gramians.
+// Errors: InputError for a number of modes or planes that does not fit; balanced: for a bending mode without damping.
 
 #include <Eigen/Core>
 #include <vector>
@@ -55,5 +69,11 @@ ReducedRotor allModes(const FlexibleRotor& rotor);
 /// `held_modes` modes with the planes held: planes + held_modes coordinates.
 ReducedRotor reduceCraigBampton(const FlexibleRotor& rotor, const std::vector<double>& planes,
                                 int held_modes);
+
+/// Position singular values [m/N] of the bending modes for forces and displacements at `planes`, falling.
+Eigen::VectorXd positionSingularValues(const FlexibleRotor& rotor, const std::vector<double>& planes);
+
+/// `modes` coordinates a plane, the two rigid ones included: 2 or more, and no more than `planes` drive and see.
+ReducedRotor reduceBalanced(const FlexibleRotor& rotor, const std::vector<double>& planes, int modes);
 
 }  // namespace amb_rotor

@@ -25,7 +25,9 @@ struct Stretch {
   double contact_step_s = 2.5e-6;
   double settle_s = 0.15;  ///< run-in where a lane has no starting state
   double calm_s = 0.0;     ///< before that, with weakly damped modes held back: their static deflection would ring for long
-  bool ignore_contact = false;  ///< use the large step throughout: the stretch holds no contact
+  /// Through contact of set-valued friction: every machine goes by itself, its events located (machine/event_stepper.hpp).
+  /// Otherwise friction is regularised, which stretches without contact do not feel.
+  bool by_events = false;
 };
 
 /// One machine of a batch.
@@ -45,7 +47,8 @@ struct LaneJob {
 /// A model whose foundation and bending mode come to rest within a few periods.
 Model calmed(const Model& model);
 
-/// Predicts all lanes; serial (callers spread stretches over threads). Uses the widest instruction set there is.
+/// Predicts all lanes; serial (callers spread stretches over threads). Uses the widest instruction set there is, none
+/// where it goes by events.
 void predict(const Stretch& stretch, std::vector<LaneJob>& jobs);
 
 /// Lanes of a pack on this machine, and its name.

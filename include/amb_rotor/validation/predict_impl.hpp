@@ -65,8 +65,19 @@ void unpackState(const MachineState<S>& packed, std::size_t l, MachineState<doub
   }
 }
 
-/// One pack: jobs [from, from + lanes).
+/// How a pack goes: in lanes of fixed steps.
 template <class S>
+struct FixedSteps {
+  using Stepper = LaneStepper<S>;
+  static Stepper make(const Machine<S>& machine, double largest_step_s, double contact_step_s) {
+    return Stepper(machine, largest_step_s, contact_step_s);
+  }
+  /// Once a state has been put where a stretch begins.
+  static void begin(const Machine<S>&, MachineState<S>&) {}
+};
+
+/// One pack: jobs [from, from + lanes).
+template <class S, class Steps = FixedSteps<S>>
 void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   std::vector<const Model*> models;
   for (std::size_t l = 0; l < count; ++l) models.push_back(jobs[l].model);
@@ -85,8 +96,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     }
   }
   Simulator<S> sim(machine, drive, stretch.record_rate_hz);
-  LaneStepper<S> stepper(machine, stretch.largest_step_s,
-                         stretch.ignore_contact ? stretch.largest_step_s : stretch.contact_step_s);
+  typename Steps::Stepper stepper = Steps::make(machine, stretch.largest_step_s, stretch.contact_step_s);
   MachineState<S> state;
   const double start_time = stretch.first / stretch.record_rate_hz;
   if (jobs[0].start != nullptr) {
@@ -122,10 +132,10 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
       Simulator<S> first(held_back, run_in, 0.0);
       first.restIntegrators();
       first.settleLags(stretch.settle_s);
-      LaneStepper<S> steps(held_back, stretch.largest_step_s, stretch.largest_step_s);
+      typename Steps::Stepper steps = Steps::make(held_back, stretch.largest_step_s, stretch.largest_step_s);
       first.run(state, begin, steps, [](const Record<S>&) {});
     }
-    LaneStepper<S> coarse(machine, stretch.largest_step_s, stretch.largest_step_s);
+    typename Steps::Stepper coarse = Steps::make(machine, stretch.largest_step_s, stretch.largest_step_s);
     before.run(state, start_time, coarse, [](const Record<S>&) {});
     state.next_record = stretch.first;
     if (machine.spin() != Spin::prescribed) {
@@ -144,7 +154,8 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     for (int a = 0; a < 4; ++a)
       setLane(state.current[a], l, laneValue(state.current[a], l) + jobs[l].start_change[n + a]);
   }
-  sim.run(state, stretch.last / stretch.record_rate_hz, stepper, [&](const Record<S>& seen) {
+  Steps::begin(machine, state);
+  const bool done = sim.run(state, stretch.last / stretch.record_rate_hz, stepper, [&](const Record<S>& seen) {
     const long row = seen.index - stretch.first;
     if (row < 0 || seen.index >= stretch.last) return;
     for (std::size_t l = 0; l < count; ++l) {
@@ -160,7 +171,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     const double* out = jobs[l].out;
     double sum = 0.0;
     for (long i = 0; i < (stretch.last - stretch.first) * predicted_channels; ++i) sum += std::fabs(out[i]);
-    jobs[l].finite = std::isfinite(sum) && sum < 1e12;
+    jobs[l].finite = done && std::isfinite(sum) && sum < 1e12;
   }
 }
 

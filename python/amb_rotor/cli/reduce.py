@@ -12,8 +12,9 @@ LEAST_ERROR = 0.01
 
 def add_arguments(parser) -> None:
     models.add_model(parser)
-    parser.add_argument("--method", choices=("balanced", "modal"), default="balanced",
-                        help="balanced truncation, or the lowest free-free modes (default: balanced)")
+    parser.add_argument("--method", choices=("balanced", "balanced_rotor", "modal"), default="balanced",
+                        help="balanced truncation of the rotor on its bearings, the same of the free rotor by a projection that "
+                             "leaves it a rotor (rotor.reduction: balanced), or the lowest free-free modes (default: balanced)")
     parser.add_argument("--order", metavar="N", type=int,
                         help="states that are kept (default: the fewest whose error bound is below --error)")
     parser.add_argument("--error", metavar="E", type=float, default=LEAST_ERROR,
@@ -44,11 +45,11 @@ def run(args) -> int:
         raise InputError("--order: must be from 1")
     model = models.load(args)
     frequencies = numpy.geomspace(1.0, args.to, 800)
-    order = args.order
+    order, states_a_mode = args.order, 4 if args.speed else 2
     if order is None:
         first = _core.reduce_rotor(model, args.method, 0, args.speed, list(frequencies))
         gain = float(first["before_m_per_N"].max())
-        step = (4 if args.speed else 2) if args.method == "modal" else 1
+        step = states_a_mode if args.method != "balanced" else 1
         order = fewest_states(first["hankel_m_per_N"], gain, args.error, step)
     result = _core.reduce_rotor(model, args.method, order, args.speed, list(frequencies))
     hankel, gain = result["hankel_m_per_N"], float(result["before_m_per_N"].max())
@@ -60,6 +61,11 @@ def run(args) -> int:
     if result["model_reduction"] is not None:
         print(f"rotor.reduction of the model ({result['model_reduction']}) is not applied here: what is reduced is the full "
               f"rotor. Runs of this model use rotor.reduction, not the result of this command")
+    if args.method == "balanced_rotor":
+        print("position singular values of the free rotor's bending at bearings and sensors [m/N]: "
+              + ", ".join(f"{value:.3g}" for value in result["position_m_per_N"][:8]) + " ...")
+        print(f"a model file takes this rotor into its runs by rotor.reduction: "
+              f"{{method: balanced, modes: {result['order'] // states_a_mode}}}")
     print("Hankel singular values [m/N]: " + ", ".join(f"{value:.3g}" for value in hankel[:12]) + " ...")
     print(f"{args.method} to {result['order']} states: largest error from 1 to {args.to:g} Hz "
           f"{result['error_m_per_N'][worst]:.3g} m/N at {frequencies[worst]:.0f} Hz, {100 * share:.3g} % of the largest gain"
@@ -70,6 +76,7 @@ def run(args) -> int:
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "method": args.method,
                              "model_reduction": result["model_reduction"], "speed_hz": args.speed, "states": result["states"], "order": result["order"],
                              "hankel_m_per_N": hankel, "error_bound_m_per_N": bound,
+                             "position_m_per_N": result["position_m_per_N"],
                              "largest_error_m_per_N": result["error_m_per_N"][worst], "largest_error_share": share,
                              "frequency_hz": frequencies, "before_m_per_N": result["before_m_per_N"],
                              "after_m_per_N": result["after_m_per_N"]})
