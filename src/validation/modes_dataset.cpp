@@ -10,7 +10,7 @@
 namespace amb_rotor {
 namespace {
 
-constexpr double max_modes = 100.0;
+constexpr double most_modes = 100.0;
 
 std::string frequencyColumn(std::size_t mode) { return "frequency_" + std::to_string(mode + 1) + "_hz"; }
 std::string stdColumn(std::size_t mode) { return "frequency_" + std::to_string(mode + 1) + "_std_hz"; }
@@ -42,10 +42,10 @@ void readConditions(YamlMap& modes, ModesDataset& dataset) {
 void readModesBlock(YamlMap modes, ModesDataset& dataset) {
   readConditions(modes, dataset);
   const double count = modes.number("count");
-  if (count >= 1.0 && count <= max_modes && count == static_cast<double>(static_cast<int>(count))) {
+  if (count >= 1.0 && count <= most_modes && count == static_cast<double>(static_cast<int>(count))) {
     dataset.mode_count = static_cast<std::size_t>(count);
   } else if (count == count) {
-    modes.fault("count", "must be a whole number from 1 to " + std::to_string(static_cast<int>(max_modes)));
+    modes.fault("count", "must be a whole number from 1 to " + std::to_string(static_cast<int>(most_modes)));
   }
   modes.finish();
 }
