@@ -44,8 +44,9 @@ constexpr double in_reach = 0.3, plain_evidence = 200.0;
 constexpr double beyond_doubt = 1000.0;
 /// Share of the evidence below which a round's gain ends the rounds.
 constexpr double small_gain = 0.01;
-/// A first look through contact that takes this share of what is above the floor is followed at once.
-constexpr double most = 0.7;
+/// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
+/// leaves so many times the noise's square.
+constexpr double most = 0.7, plain_misfit = 2.0;
 /// Iterations in a round for the other starts of a candidate that has several hills.
 constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
@@ -53,18 +54,21 @@ constexpr double hopeless = -40.0;
 /// A start that lacks less than this share of what an effect must have stands at the reference: it need not come nearer.
 constexpr double already_near = 0.05;
 
-/// Whether a fit has taken most of what another leaves above the floor.
+/// Whether a fit through contact has taken most of what the reference leaves above the floor, where that is plain: windows
+/// with free starts have a floor below 1 that nobody knows.
 bool takesMost(const FitResult& fit, const FitResult& reference) {
-  return fit.squares - fit.count < (1.0 - most) * (reference.squares - reference.count);
+  return reference.squares > plain_misfit * reference.count &&
+         fit.squares - fit.count < (1.0 - most) * (reference.squares - reference.count);
 }
 
 }  // namespace
 
-void Leaders::add(const Trial& trial) {
+void Leaders::add(const Trial& trial, const References& references) {
   if (!trial.usable()) return;
   if (!needsContact(trial.effect))
     free = std::max(free, trial.evidence);
-  else if (trial.evidence > plain_evidence && trial.fit.squares < settled_square * trial.fit.count)
+  else if (trial.evidence > plain_evidence && trial.fit.squares < settled_square * trial.fit.count &&
+           takesMost(trial.fit, references.of(trial).fit))
     through_contact = true;
 }
 

@@ -53,7 +53,7 @@ struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
   bool through_contact = false;  ///< one leaves nothing through contact: the others are looked at once there, at some windows
 
-  void add(const Trial& trial);
+  void add(const Trial& trial, const References& references);
 };
 
 /// Which runs a fit takes.

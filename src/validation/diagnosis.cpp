@@ -134,7 +134,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     progress(from + 0.6 * (to - from) * n / names_.size(), names_[n]);
     if (holds(adopted_, names_[n]) || holds(candidates_.belief().effects, names_[n])) continue;
     trials.push_back(candidates_.look(names_[n], adopted_, references_, leaders));
-    leaders.add(trials.back());
+    leaders.add(trials.back(), references_);
   }
   candidates_.finish(trials, references_, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");

@@ -16,7 +16,6 @@
 namespace amb_rotor {
 namespace {
 
-
 /// Contenders about a point: single terms, pairs; and for a further term.
 constexpr int first_singles = 3, first_pairs = 2, further_singles = 3;
 /// Single terms that are fitted after the screen, rounds of the screen, and how far a round may move a term's size.
