@@ -8,12 +8,16 @@ namespace amb_rotor {
 void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count);
+bool allLinearBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
+bool allLinearAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count);
+bool allLinearAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictByEvents(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 
 namespace {
 
 struct Choice {
   void (*run)(const Stretch&, LaneJob*, std::size_t);
+  bool (*linear)(const Stretch&, LaneJob*, std::size_t);
   int lanes;
   const char* name;
 };
@@ -21,9 +25,9 @@ struct Choice {
 const Choice& choice() {
   static const Choice chosen = [] {
     __builtin_cpu_init();
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return Choice{predictAvx512, 8, "AVX-512"};
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return Choice{predictAvx2, 4, "AVX2"};
-    return Choice{predictBaseline, 2, "SSE2"};
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return Choice{predictAvx512, allLinearAvx512, 8, "AVX-512"};
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return Choice{predictAvx2, allLinearAvx2, 4, "AVX2"};
+    return Choice{predictBaseline, allLinearBaseline, 2, "SSE2"};
   }();
   return chosen;
 }
@@ -40,9 +44,17 @@ std::pair<double, double> controllerInstants(const Model& model) {
   return {model.rig.controller.sample_rate_hz, delay};
 }
 
+/// Whether a stretch is long enough that reading the machines' equations costs less than it saves.
+bool worthReading(const Stretch& stretch, const std::vector<LaneJob>& jobs) {
+  constexpr double least_s = 0.05;
+  const double run_in = !jobs.empty() && jobs[0].start == nullptr ? stretch.settle_s + stretch.calm_s : 0.0;
+  return (stretch.last - stretch.first) / stretch.record_rate_hz + run_in >= least_s;
+}
+
 }  // namespace
 
-void predict(const Stretch& stretch, std::vector<LaneJob>& jobs) {
+void predict(const Stretch& given, std::vector<LaneJob>& jobs) {
+  Stretch stretch = given;
   if (stretch.by_events) return predictByEvents(stretch, jobs.data(), jobs.size());
   if (!jobs.empty() && jobs[0].model->friction_law == FrictionLaw::set_valued) {
     std::vector<Model> regularised;  // nothing touches, or it is far off anyway
@@ -57,6 +69,8 @@ void predict(const Stretch& stretch, std::vector<LaneJob>& jobs) {
     for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].model = own[i];
     return;
   }
+  // one way for all: differences between lanes are what a fit lives on
+  stretch.exact = worthReading(stretch, jobs) && choice().linear(stretch, jobs.data(), jobs.size());
   std::map<std::pair<double, double>, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < jobs.size(); ++i) groups[controllerInstants(*jobs[i].model)].push_back(i);
   if (groups.size() == 1) {

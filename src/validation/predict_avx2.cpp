@@ -7,4 +7,8 @@ void predictAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   predictAll<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count);
 }
 
+bool allLinearAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  return allLinear<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count);
+}
+
 }  // namespace amb_rotor

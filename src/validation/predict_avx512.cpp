@@ -7,4 +7,8 @@ void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   predictAll<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
 }
 
+bool allLinearAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  return allLinear<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
+}
+
 }  // namespace amb_rotor

@@ -7,4 +7,8 @@ void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   predictAll<Lanes<xsimd::sse2>>(stretch, jobs, count);
 }
 
+bool allLinearBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  return allLinear<Lanes<xsimd::sse2>>(stretch, jobs, count);
+}
+
 }  // namespace amb_rotor

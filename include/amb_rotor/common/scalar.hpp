@@ -37,6 +37,8 @@ inline double select(bool condition, double yes, double no) { return condition ?
 inline bool any(bool condition) { return condition; }
 inline double maximum(double a, double b) { return a > b ? a : b; }
 inline double minimum(double a, double b) { return a < b ? a : b; }
+/// a b + c
+inline double multiplyAdd(double a, double b, double c) { return a * b + c; }
 inline double squareRoot(double a) { return std::sqrt(a); }
 inline double exponential(double a) { return std::exp(a); }
 inline double hyperbolicTangent(double a) { return std::tanh(a); }
@@ -72,6 +74,10 @@ inline Batch<A> maximum(const Batch<A>& a, const Batch<A>& b) {
 template <class A>
 inline Batch<A> minimum(const Batch<A>& a, const Batch<A>& b) {
   return xsimd::min(a, b);
+}
+template <class A>
+inline Batch<A> multiplyAdd(const Batch<A>& a, const Batch<A>& b, const Batch<A>& c) {
+  return xsimd::fma(a, b, c);
 }
 template <class A>
 inline Batch<A> squareRoot(const Batch<A>& a) {

@@ -15,6 +15,7 @@ class ShaftPath {
  public:
   virtual ~ShaftPath() = default;
   virtual ShaftInstant at(double time) const = 0;
+  virtual bool constantSpeed() const { return false; }
 };
 
 /// Constant speed: angle = angle0 + speed t, also before t = 0.
@@ -22,6 +23,7 @@ class ConstantShaft final : public ShaftPath {
  public:
   ConstantShaft(double angle0, double speed) : angle0_(angle0), speed_(speed) {}
   ShaftInstant at(double time) const override { return {angle0_ + speed_ * time, speed_, 0.0}; }
+  bool constantSpeed() const override { return true; }
 
  private:
   double angle0_, speed_;

@@ -51,6 +51,25 @@ class LaneStepper {
     return true;
   }
 
+  /// Whether an end of a lane could touch within dt [s] at one and a half times its present approach speed.
+  static bool nearContact(const Machine<S>& machine, const MachineState<S>& state, double dt) {
+    for (int end = 0; end < 2; ++end) {
+      S penetration, rate;
+      machine.approach(end, state.mechanics.data(), penetration, rate);
+      if (any(penetration + magnitude(rate) * S(1.5 * dt) + S(1e-6) > S(0.0))) return true;
+    }
+    return false;
+  }
+
+  /// What is left of the currents' differences after dt [s], kept for the next step of the same length.
+  const typename CurrentTrack<S>::Decay& decayOf(const CurrentTrack<S>& track, double dt) {
+    for (auto& cached : cache_)
+      if (std::fabs(cached.dt - dt) < 1e-14) return cached;
+    auto& slot = cache_[next_++ % kept_decays];
+    slot = track.decay(dt);
+    return slot;
+  }
+
  private:
   /// Parts into which a step with a touch-down or lift-off is divided, and how often; a step as short as `finest_s`
   /// stays as it is.
@@ -127,24 +146,6 @@ class LaneStepper {
     for (std::size_t i = 0; i < factors_.size(); ++i) lane_factors_[i] = S(factors_[i]);
     in.extra_force = lane_forces_.data();
     in.extra_unbalance = lane_factors_.data();
-  }
-
-  /// Whether an end of a lane could touch within dt [s] at one and a half times its present approach speed.
-  static bool nearContact(const Machine<S>& machine, const MachineState<S>& state, double dt) {
-    for (int end = 0; end < 2; ++end) {
-      S penetration, rate;
-      machine.approach(end, state.mechanics.data(), penetration, rate);
-      if (any(penetration + magnitude(rate) * S(1.5 * dt) + S(1e-6) > S(0.0))) return true;
-    }
-    return false;
-  }
-
-  const typename CurrentTrack<S>::Decay& decayOf(const CurrentTrack<S>& track, double dt) {
-    for (auto& cached : cache_)
-      if (std::fabs(cached.dt - dt) < 1e-14) return cached;
-    auto& slot = cache_[next_++ % kept_decays];
-    slot = track.decay(dt);
-    return slot;
   }
 
   double largest_, contact_;

@@ -40,6 +40,9 @@ class CurrentTrack {
   }
   bool lags() const { return !rates_.empty(); }
   std::size_t lagCount() const { return 4 * rates_.size(); }
+  const std::vector<S>& weights() const { return weights_; }
+  const std::vector<S>& rates() const { return rates_; }
+  const std::vector<S>& gains() const { return gain_; }  ///< r / (r - a)
   const Amplifier<S>& amplifier() const { return amplifier_; }
 
   /// Decays over dt, to be reused for equal dt.

@@ -28,6 +28,7 @@ struct Stretch {
   /// Through contact of set-valued friction: every machine goes by itself, its events located (machine/event_stepper.hpp).
   /// Otherwise friction is regularised, which stretches without contact do not feel.
   bool by_events = false;
+  bool exact = false;  ///< set by predict(): the machines are linear out of contact
 };
 
 /// One machine of a batch.

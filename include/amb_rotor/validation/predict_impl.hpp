@@ -2,6 +2,7 @@
 // Body of predict() for one Scalar; included by one source file for each instruction set.
 #include <cmath>
 
+#include "amb_rotor/machine/exact_stepper.hpp"
 #include "amb_rotor/machine/lane_stepper.hpp"
 #include "amb_rotor/machine/machine_impl.hpp"
 #include "amb_rotor/validation/predict.hpp"
@@ -76,12 +77,18 @@ struct FixedSteps {
   static void begin(const Machine<S>&, MachineState<S>&) {}
 };
 
-/// One pack: jobs [from, from + lanes).
-template <class S, class Steps = FixedSteps<S>>
-void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  std::vector<const Model*> models;
-  for (std::size_t l = 0; l < count; ++l) models.push_back(jobs[l].model);
-  const Machine<S> machine(models, stretch.spin);
+/// The same, but exact where the machine is linear and out of contact.
+template <class S>
+struct ExactSteps {
+  using Stepper = ExactStepper<S>;
+  static Stepper make(const Machine<S>& machine, double largest_step_s, double contact_step_s) {
+    return Stepper(machine, largest_step_s, contact_step_s);
+  }
+  static void begin(const Machine<S>&, MachineState<S>&) {}
+};
+
+template <class S>
+Drive<S> packDrive(const Stretch& stretch, const LaneJob* jobs, std::size_t count) {
   Drive<S> drive;
   drive.path = stretch.path;
   drive.excitation = stretch.excitation;
@@ -95,6 +102,23 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
       setLane(drive.sensor_drift[a], l, job.drift_m_per_s[a]);
     }
   }
+  return drive;
+}
+
+template <class S>
+Machine<S> packMachine(const Stretch& stretch, const LaneJob* jobs, std::size_t count) {
+  std::vector<const Model*> models;
+  for (std::size_t l = 0; l < count; ++l) models.push_back(jobs[l].model);
+  return Machine<S>(models, stretch.spin);
+}
+
+/// One pack: jobs [from, from + lanes).
+template <class S, class Steps = FixedSteps<S>>
+void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  std::vector<const Model*> models;
+  for (std::size_t l = 0; l < count; ++l) models.push_back(jobs[l].model);
+  const Machine<S> machine(models, stretch.spin);
+  const Drive<S> drive = packDrive<S>(stretch, jobs, count);
   Simulator<S> sim(machine, drive, stretch.record_rate_hz);
   typename Steps::Stepper stepper = Steps::make(machine, stretch.largest_step_s, stretch.contact_step_s);
   MachineState<S> state;
@@ -175,10 +199,32 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   }
 }
 
+/// Calls  pack(first job, how many)  for all packs until it returns false; whether none did.
+template <class S, class Pack>
+bool eachPack(LaneJob* jobs, std::size_t count, Pack&& pack) {
+  constexpr std::size_t width = ScalarTraits<S>::lanes;
+  for (std::size_t from = 0; from < count; from += width)
+    if (!pack(jobs + from, std::min(width, count - from))) return false;
+  return true;
+}
+
 template <class S>
 void predictAll(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  for (std::size_t from = 0; from < count; from += ScalarTraits<S>::lanes)
-    predictPack<S>(stretch, jobs + from, std::min<std::size_t>(ScalarTraits<S>::lanes, count - from));
+  eachPack<S>(jobs, count, [&](LaneJob* pack, std::size_t size) {
+    if (stretch.exact)
+      predictPack<S, ExactSteps<S>>(stretch, pack, size);
+    else
+      predictPack<S>(stretch, pack, size);
+    return true;
+  });
+}
+
+/// Whether all machines are linear out of contact.
+template <class S>
+bool allLinear(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  return eachPack<S>(jobs, count, [&](LaneJob* pack, std::size_t size) {
+    return ExactStepper<S>::takes(packMachine<S>(stretch, pack, size), packDrive<S>(stretch, pack, size));
+  });
 }
 
 }  // namespace amb_rotor
