@@ -52,10 +52,11 @@ class ExactStepper {
       }
       if (length->low == nullptr || length->high == nullptr) return fixed_.advance(sim, from, to, state, held);
     }
-    LinearStep<S>::read(sim.track(), state, held.target, shaft, inputs_.data());
-    length->low->move(state.mechanics.data(), inputs_.data(), next_.data());
+    std::copy(state.mechanics.begin(), state.mechanics.end(), from_.begin());
+    LinearStep<S>::read(sim.track(), state, held.target, shaft, from_.data() + state.mechanics.size());
+    length->low->move(from_.data(), next_.data());
     if (!constant_) {
-      length->high->move(state.mechanics.data(), inputs_.data(), other_.data());
+      length->high->move(from_.data(), other_.data());
       for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += S(share) * (other_[i] - next_[i]);
     }
     state.mechanics.swap(next_);
@@ -85,7 +86,7 @@ class ExactStepper {
     constant_ = drive.path == nullptr || drive.path->constantSpeed();
     std::copy(held.bearing_on, held.bearing_on + 2, on_);
     linear_ = LinearLanes<S>(sim.machine(), drive.shaft(0.0).speed, on_).usable();
-    inputs_.assign(LinearStep<S>::inputs(sim.track()), S(0.0));
+    from_.assign(next_.size() + LinearStep<S>::inputs(sim.track()), S(0.0));
   }
 
   bool same(const Vec2<S> on[2]) const {
@@ -134,7 +135,7 @@ class ExactStepper {
   std::vector<Length> lengths_;
   std::map<long, std::unique_ptr<LinearLanes<S>>> readings_;
   std::map<std::pair<long, long>, LinearStep<S>> steps_;
-  std::vector<S> inputs_, next_, other_;
+  std::vector<S> from_, next_, other_;  ///< (y, u) before a step, y behind it
 };
 
 }  // namespace amb_rotor

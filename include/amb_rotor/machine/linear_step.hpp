@@ -20,9 +20,6 @@ namespace amb_rotor {
 template <class S>
 class LinearStep {
  public:
-  /// Rows come in blocks of so many, the last one filled with zeros.
-  static constexpr int block = 8;
-
   LinearStep(const LinearLanes<S>& linear, const CurrentTrack<S>& track, double dt_s)
       : dt_(dt_s), n_(linear.size()), lags_(static_cast<int>(track.rates().size())) {
     inputs_ = inputs(track);
@@ -31,26 +28,20 @@ class LinearStep {
 
   double dt() const { return dt_; }
 
-  /// y at the end of the step, from y and u at its beginning.
-  void move(const S* y, const S* u, S* out) const {
-    const int padded = paddedRows();
-    for (int row = 0; row < n_; row += block) {
-      S s0(0.0), s1(0.0), s2(0.0), s3(0.0), s4(0.0), s5(0.0), s6(0.0), s7(0.0);
-      const auto add = [&](const S* m, const S& x) {
+  /// y at the end of the step, from w = (y, u) at its beginning.
+  void move(const S* w, S* out) const {
+    for (const Block& block : blocks_) {
+      S s0(0.0), s1(0.0), s2(0.0), s3(0.0);
+      const S* m = matrix_.data() + block.values;
+      for (int k = block.first; k < block.last; ++k, m += rows_of_block) {
+        const S& x = w[sources_[k]];
         s0 = multiplyAdd(m[0], x, s0);
         s1 = multiplyAdd(m[1], x, s1);
         s2 = multiplyAdd(m[2], x, s2);
         s3 = multiplyAdd(m[3], x, s3);
-        s4 = multiplyAdd(m[4], x, s4);
-        s5 = multiplyAdd(m[5], x, s5);
-        s6 = multiplyAdd(m[6], x, s6);
-        s7 = multiplyAdd(m[7], x, s7);
-      };
-      const S* m = matrix_.data() + row;
-      for (int j = 0; j < n_; ++j, m += padded) add(m, y[j]);
-      for (int j = 0; j < inputs_; ++j, m += padded) add(m, u[j]);
-      const S sum[block] = {s0, s1, s2, s3, s4, s5, s6, s7};
-      std::copy(sum, sum + std::min(block, n_ - row), out + row);
+      }
+      const S sum[rows_of_block] = {s0, s1, s2, s3};
+      for (int k = 0; k < block.count; ++k) out[block.row[k]] = sum[k];
     }
   }
 
@@ -58,7 +49,8 @@ class LinearStep {
     return 4 + 4 * static_cast<int>(track.rates().size()) + 5 + LinearLanes<S>::turning_columns;
   }
   /// u of a state, held commands and a shaft.
-  static void read(const CurrentTrack<S>& track, const MachineState<S>& state, const S target[4], const Shaft<S>& shaft, S* u) {
+  static void read(const CurrentTrack<S>& track, const MachineState<S>& state, const S target[4], const Shaft<S>& shaft,
+                   S* u) {
     const int lags = static_cast<int>(track.rates().size());
     for (int a = 0; a < 4; ++a) {
       u[a] = state.current[a] - target[a];
@@ -76,7 +68,6 @@ class LinearStep {
   static constexpr double largest_norm = 0.25;
   static constexpr int pairs = LinearLanes<S>::turning_columns / 2;
 
-  int paddedRows() const { return (n_ + block - 1) / block * block; }
   int lagColumn(int axis, int j) const { return 4 + axis * lags_ + j; }
   int commandColumn(int axis) const { return 4 + 4 * lags_ + axis; }
   int turning(int pair) const { return 4 + 4 * lags_ + 5 + 2 * pair; }
@@ -173,9 +164,47 @@ class LinearStep {
     }
     Growth growth(track, linear.speed(), part);
     for (int k = 0; k < halvings; ++k) square(growth, sum, next);
-    const int padded = paddedRows();
-    matrix_.assign(static_cast<std::size_t>(padded) * columns, S(0.0));
-    for (int j = 0; j < columns; ++j) std::copy(sum[j].begin(), sum[j].end(), matrix_.begin() + j * padded);
+    arrange(sum);
+  }
+
+  /// Rows that know of each other (an axis, mostly: nothing couples x and y) in blocks of four, each with the columns that
+  /// it has.
+  void arrange(const Columns& x) {
+    const auto any = [&](int row, int column) {
+      for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
+        if (laneValue(x[column][row], l) != 0.0) return true;
+      return false;
+    };
+    std::vector<int> group(n_);
+    for (int i = 0; i < n_; ++i) group[i] = i;
+    for (int i = 0; i < n_; ++i)
+      for (int j = 0; j < n_; ++j) {
+        const int one = group[i], other = group[j];
+        if (one != other && any(i, j)) std::replace(group.begin(), group.end(), other, one);
+      }
+    for (int g = 0; g < n_; ++g) {
+      std::vector<int> rows;
+      for (int i = 0; i < n_; ++i)
+        if (group[i] == g) rows.push_back(i);
+      for (std::size_t from = 0; from < rows.size(); from += rows_of_block)
+        append(std::vector<int>(rows.begin() + from, rows.begin() + std::min(from + rows_of_block, rows.size())), x, any);
+    }
+  }
+
+  template <class Any>
+  void append(const std::vector<int>& rows, const Columns& x, const Any& any) {
+    Block block;
+    block.count = static_cast<int>(rows.size());
+    std::copy(rows.begin(), rows.end(), block.row);
+    block.first = static_cast<int>(sources_.size());
+    block.values = matrix_.size();
+    for (int j = 0; j < n_ + inputs_; ++j) {
+      if (std::none_of(rows.begin(), rows.end(), [&](int row) { return any(row, j); })) continue;
+      sources_.push_back(j);
+      for (std::size_t k = 0; k < rows_of_block; ++k) matrix_.push_back(k < rows.size() ? x[j][rows[k]] : S(0.0));
+    }
+    block.last = static_cast<int>(sources_.size());
+    blocks_.push_back(block);
   }
 
   /// exp(D h), doubled with each squaring.
@@ -233,7 +262,15 @@ class LinearStep {
 
   double dt_;
   int n_, lags_, inputs_ = 0;
-  std::vector<S> matrix_;  ///< padded rows, column by column
+  static constexpr std::size_t rows_of_block = 4;
+  struct Block {
+    int row[rows_of_block] = {0, 0, 0, 0}, count = 0;
+    int first = 0, last = 0;  ///< of sources_
+    std::size_t values = 0;   ///< where its values begin in matrix_, four for each source
+  };
+  std::vector<Block> blocks_;
+  std::vector<int> sources_;  ///< places in w
+  std::vector<S> matrix_;
 };
 
 }  // namespace amb_rotor

@@ -253,14 +253,21 @@ def _growth_picture(growth: dict[str, list[tuple[float, float]]], folder: pathli
     return draw.save(figure, folder, "growth")
 
 
-def _lanes(program: pathlib.Path, args) -> tuple[list[str], dict]:
-    lanes = _google_benchmark(program, args)
+def _lanes(programs: pathlib.Path, args) -> tuple[list[str], dict]:
+    lanes = _google_benchmark(programs / "basic_lanes_avx512", args) + _google_benchmark(programs / "basic_lanes_avx2", args)
     lines = ["", "Lanes of the basic model (256 machines, 100 turns of 200 steps):", "",
-             "| kernel | machine-steps/s | share of the hand-written kernel |", "|---|---|---|"]
+             "| kernel | machine-steps/s | share of the hand-written kernel of its width |", "|---|---|---|"]
     rates = {run["run_name"].removesuffix("/real_time").removeprefix("basic_lanes/"): run["items_per_second"]
-             for run in lanes}
-    hand = rates.get("hand_avx2/threads:1", math.nan)
-    return lines + [f"| {name} | {rate:.3g} | {rate / hand:.2f} |" for name, rate in rates.items()], rates
+             for run in lanes if "items_per_second" in run}
+    for name, rate in rates.items():
+        hand = rates.get("hand_avx512/threads:1" if "avx512" in name else "hand_avx2/threads:1", math.nan)
+        lines.append(f"| {name} | {rate:.3g} | {rate / hand:.2f} |")
+    for run in _google_benchmark(programs / "rigid_lanes", args):
+        lines += ["", f"Lanes of the rigid-beam machine (4 freedoms, 4 amplifiers, sampled PID, two contacts), {run['label']}, "
+                  f"one core, {100 * run['touching']:.0f} % of the machines in contact: "
+                  f"{run['items_per_second']:.3g} machine-steps/s."]
+        rates["rigid_lanes"] = run["items_per_second"]
+    return lines, rates
 
 
 def _single_lines(rows: list[dict], args) -> list[str]:
@@ -310,7 +317,7 @@ def run(args) -> int:
     lines = [f"Machine: {_processor()}, {os.cpu_count()} processors; load {os.getloadavg()[0]:.1f} at the start."]
     found, diagrams = {}, {}
     if "lanes" in parts:
-        more, found["lanes"] = _lanes(programs / "basic_lanes_avx2", args)
+        more, found["lanes"] = _lanes(programs, args)
         lines += more
     if "single" in parts:
         found["single_runs"] = _single_runs(args, programs)
