@@ -48,6 +48,8 @@ LocalState begunAnew(const LocalState& state) {
   LocalState out;
   out.angle_searches = state.angle_searches;
   out.angle_rad = state.angle_rad;
+  out.turning_rad = state.turning_rad;
+  out.turning_rad_s = state.turning_rad_s;
   out.evaluations = state.evaluations;
   out.run_in_s = state.run_in_s;
   return out;
@@ -165,6 +167,8 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   evaluation.window_passes = options.window_passes;
   double chi2 = now.chi2 + penalty(result.x);
   double damping = 1e-6;
+  // what a fit is reported by goes to the end of a flat valley: 20 may be several deviations of what lies along it
+  const double last_drop = options.scores ? 1.0 : 20.0;
   const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
   for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
     Eigen::MatrixXd h = now.h;
@@ -209,7 +213,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       NormalEquations trial = problem.evaluate(x, which, trial_local, trial_options);
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {
-        converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < 20.0;
+        converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < last_drop;
         local = std::move(trial_local);
         result.x = x;
         chi2 = trial_chi2;

@@ -1,5 +1,6 @@
 // Runs without contact: predicted in one piece from the settled state.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "amb_rotor/common/linear_algebra.hpp"
@@ -15,6 +16,9 @@ constexpr double score_block_s = 0.05;
 /// Angles tried at standstill: over the whole turn, then about the best. The hills of a crack, which opens over a small
 /// angle, are narrow; what else turns with the shaft goes by sine and cosine.
 constexpr int angle_grid = 16, crack_grid = 64, fine_grid = 8;
+/// How far a run's angle and speed go from those of its first turns, in standard deviations; and how much stiffer what has
+/// come so far is than it was.
+constexpr double most_clock_deviations = 3.0, held_there = 1e6;
 /// How often that is done before the angle only moves with the fit.
 constexpr int most_angle_searches = 2;
 /// Of a run so much is searched within a fit [s], which moves the angle further; to judge, all of it.
@@ -58,6 +62,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const long n = rec.samples;
   const std::size_t width = static_cast<std::size_t>(n) * predicted_channels;
   const bool angle = rec.standstill && dependsOnAngle(models[0]);
+  const bool turning = rec.angle_std_rad > 0.0 && rec.speed_std_rad_s > 0.0;
 
   if (angle && local.angle_searches < most_angle_searches) {
     // again while the model still moves
@@ -89,10 +94,18 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     }
   }
 
-  // lanes: base, one for each coordinate, one for the angle
+  // lanes: base, one for each coordinate, then the shaft's: one for the angle, one for a constant speed
   std::vector<LaneJob> jobs;
-  for (int k = 0; k < lanes; ++k) jobs.push_back(jobOf(rec, models[k], local.angle_rad));
-  if (angle) jobs.push_back(jobOf(rec, models[0], local.angle_rad + angle_step_rad));
+  const auto add = [&](const Model& model, double more_angle, double more_speed) {
+    jobs.push_back(jobOf(rec, model, local.angle_rad + more_angle));
+    if (!turning) return;
+    jobs.back().speed_rad_s += local.turning_rad_s + more_speed;
+    jobs.back().angle0_rad += local.turning_rad + more_angle - (local.turning_rad_s + more_speed) * rec.first_turns_s;
+  };
+  for (int k = 0; k < lanes; ++k) add(models[k], 0.0, 0.0);
+  const double speed_step = angle_step_rad / rec.duration();
+  if (angle || turning) add(models[0], angle_step_rad, 0.0);
+  if (turning) add(models[0], 0.0, speed_step);
   std::vector<double> outs(width * jobs.size());
   for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
   predict(stretch, jobs);
@@ -108,13 +121,15 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const int g = static_cast<int>(moved.size()), frozen = g - (lanes - 1);
   const Eigen::MatrixXf* near_by = nullptr;
   if (frozen > 0) near_by = options.frozen->of_recording.at(static_cast<int>(&rec - recordings_.data()));
-  const int la = angle ? 1 : 0;
+  const int la = angle ? 1 : turning ? 2 : 0;  // the shaft's
+  const double shaft_step[2] = {angle_step_rad, speed_step};
   const bool offsets = offset_std_ > 0.0;
   const int local_size = la + (offsets ? 8 : 0);
   const int size = g + local_size;
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
   double squares = 0.0, count = 0.0;
+  std::array<Eigen::MatrixXd, predicted_channels> products;
   std::vector<double> step(g);
   for (int k = 0; k < g; ++k) step[k] = 1.0 / free_steps_[moved[k]];
 
@@ -128,7 +143,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
       const double y = base[at];
       for (int k = 0; k < frozen; ++k) columns(i, k) = (*near_by)(at, moved[k]);
       for (int k = frozen; k < g; ++k) columns(i, k) = (outs[(k - frozen + 1) * width + at] - y) * step[k] * weight;
-      if (la) columns(i, g) = (outs[(lanes)*width + at] - y) / angle_step_rad * weight;
+      for (int k = 0; k < la; ++k) columns(i, g + k) = (outs[(lanes + k) * width + at] - y) / shaft_step[k] * weight;
       columns(i, dense) = weight;
       columns(i, dense + 1) = weight * (static_cast<double>(from + i) / n - 0.5);
       columns(i, dense + 2) = (rec.measured[at] - y) * weight;
@@ -155,32 +170,52 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
         gram.block(0, at, dense, 1) += small.block(0, dense + which, dense, 1);
         gram.block(at, 0, 1, dense) += small.block(dense + which, 0, 1, dense);
         right[at] += small(dense + which, dense + 2);
-        gram(at, at) += small(dense + which, dense + which) + 1.0 / (offset_std_ * offset_std_);
+        gram(at, at) += small(dense + which, dense + which);
       }
       gram(o, d) += small(dense, dense + 1);
       gram(d, o) += small(dense, dense + 1);
     }
-    result.channel_mean_square[c] = small(dense + 2, dense + 2) / n;
+    products[c] = std::move(small);
   }
   // eliminate the local unknowns
-  Eigen::VectorXd solved = Eigen::VectorXd::Zero(local_size);
+  Eigen::VectorXd solved = Eigen::VectorXd::Zero(local_size), weights = solved, away = solved;  // priors: 1/variance, from 0
+  if (angle) weights[0] = 1e-6;
+  if (turning) {
+    weights[0] = 1.0 / (rec.angle_std_rad * rec.angle_std_rad);
+    weights[1] = 1.0 / (rec.speed_std_rad_s * rec.speed_std_rad_s);
+    away[0] = local.turning_rad;
+    away[1] = local.turning_rad_s;
+  }
+  if (offsets) weights.tail(8).setConstant(1.0 / (offset_std_ * offset_std_));
   Eigen::MatrixXd cross(local_size, g);
   if (local_size > 0) {
     Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
-    if (la) own(0, 0) += 1e-6;
+    own.diagonal() += weights;
+    Eigen::VectorXd pull = right.tail(local_size) - weights.cwiseProduct(away);
+    solved = Ldlt(own).solve(pull);
+    // a model that is wrong must not turn the shaft for it: what would go further than the pulses allow stays at that end
+    for (int k = 0; k < la && turning; ++k) {
+      const double most = most_clock_deviations / std::sqrt(weights[k]);
+      if (std::fabs(away[k] + solved[k]) <= most) continue;
+      const double end = std::copysign(most, away[k] + solved[k]) - away[k];
+      own(k, k) += held_there * own(k, k);
+      pull[k] += held_there / (1.0 + held_there) * own(k, k) * end;
+      solved = Ldlt(own).solve(pull);
+    }
     const Ldlt factor(own);
-    solved = factor.solve(right.tail(local_size));
     cross = factor.solveColumns(gram.bottomLeftCorner(local_size, g));
     normal.h(moved, moved) =
         gram.topLeftCorner(g, g) - gram.topRightCorner(g, local_size) * cross;
     normal.g(moved) = right.head(g) - gram.topRightCorner(g, local_size) * solved;
-    normal.chi2 = squares - right.tail(local_size).dot(solved);
   } else {
     normal.h(moved, moved) = gram;
     normal.g(moved) = right;
-    normal.chi2 = squares;
   }
-  if (la) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
+  if (angle) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
+  if (turning) {
+    local.turning_rad += solved[0];
+    local.turning_rad_s += solved[1];
+  }
   for (int a = 0; a < 4 && offsets; ++a) {
     local.offset_m[a] = solved[la + a];
     local.drift_m[a] = solved[la + 4 + a];
@@ -189,19 +224,20 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   // what is left of the residual itself, the local unknowns' priors apart
   double left = squares;
   if (local_size > 0) {
-    Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
-    for (int k = la; k < local_size; ++k) own(k, k) -= 1.0 / (offset_std_ * offset_std_);
+    const Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
     left = squares - 2.0 * right.tail(local_size).dot(solved) + solved.dot(own * solved);
   }
   normal.squares = left;
+  away += solved;
+  normal.chi2 = left + away.dot(weights.cwiseProduct(away));
   result.mean_square = left / count;
-  for (int c = 0; c < 4 && offsets; ++c) {
+  for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
-    const int o = dense + c, d = dense + 4 + c;
-    const double so = local.offset_m[c], sd = local.drift_m[c];
-    const double prior = 1.0 / (offset_std_ * offset_std_);
-    result.channel_mean_square[c] += (-2.0 * (right[o] * so + right[d] * sd) + (gram(o, o) - prior) * so * so +
-                                      (gram(d, d) - prior) * sd * sd + 2.0 * gram(o, d) * so * sd) / n;
+    Eigen::VectorXd taken = Eigen::VectorXd::Zero(dense + 3);  // of the columns; the residual itself is the last
+    taken.segment(g, la) = -solved.head(la);
+    if (offsets && c < 4) taken.segment(dense, 2) << -solved[la + c], -solved[la + 4 + c];
+    taken[dense + 2] = 1.0;
+    result.channel_mean_square[c] = taken.dot(products[c] * taken) / n;
   }
 
   if (options.scores && g > 0) {
@@ -215,9 +251,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
         for (long i = 0; i < rows; ++i) {
           Eigen::VectorXd row = columns.row(i).head(g);
           double r = columns(i, dense + 2);
-          if (la) {
-            row -= columns(i, g) * cross.row(0).transpose();
-            r -= columns(i, g) * solved[0];
+          for (int k = 0; k < la; ++k) {
+            row -= columns(i, g + k) * cross.row(k).transpose();
+            r -= columns(i, g + k) * solved[k];
           }
           if (offsets && c < 4)
             for (int which = 0; which < 2; ++which) {

@@ -11,6 +11,8 @@ namespace {
 
 /// Turns at the start of a run of constant speed that fix its angle and speed.
 constexpr int turns_at_start = 8;
+/// Least error of a pulse's time [s]: values rounded to 0.001 on a ramp over two samples of 0.1 ms (analysis/tacho.hpp).
+constexpr double least_edge_std_s = 5.8e-8;
 /// The belief of the speed helps where few turns were recorded; this is how far it may be off.
 constexpr double believed_speed_std = 0.01;
 
@@ -99,9 +101,14 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
     rec.angle0_rad = start.angle;
     rec.speed_rad_s = start.speed;
   } else {
-    const SpeedFit fit = fitSpeed(rec.pulses, turns_at_start);
+    const SpeedFit fit = fitSpeed(rec.pulses, turns_at_start, false, least_edge_std_s);
     rec.speed_rad_s = fit.valid ? fit.speed : radPerSecond(run.speed_hz);
     rec.angle0_rad = -rec.speed_rad_s * (fit.valid ? fit.reference_time : rec.pulses.time.front());
+    if (fit.valid && fit.speed_std > 0.0) {
+      rec.angle_std_rad = fit.speed * std::max(fit.edge_rms, least_edge_std_s);
+      rec.speed_std_rad_s = fit.speed_std;
+      rec.first_turns_s = fit.reference_time + 0.5 * fit.turns * two_pi / fit.speed;
+    }
     if (std::fabs(rec.speed_rad_s / radPerSecond(run.speed_hz) - 1.0) > believed_speed_std)
       rec.remarks.push_back("the tacho's speed differs from the believed one by more than 1 %");
   }

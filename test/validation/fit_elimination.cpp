@@ -1,6 +1,7 @@
 // What a run without contact hands to the fit, against the whole least-squares problem written out: the same
 // predictions, one row a sample, with the run's own unknowns (offset and drift of each displacement channel
-// with their priors, the angle at standstill) as columns of their own. Taking these columns out of the others
+// with their priors, the angle at standstill, angle and speed of a constant speed about what is known already)
+// as columns of their own. Taking these columns out of the others
 // by orthogonal projection must leave the fit's curvature, gradient, sums and scores.
 #include <gtest/gtest.h>
 
@@ -33,9 +34,10 @@ struct Rows {
   std::vector<int> channels;
 };
 
-Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, double angle_rad,
+Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, const LocalState& state,
             bool with_angle) {
-  const int p = space.size(), angle = with_angle ? 1 : 0;
+  const bool turning = rec.angle_std_rad > 0.0;
+  const int p = space.size(), angle = with_angle ? 1 : turning ? 2 : 0;
   std::vector<Model> models = {space.model(space.start())};
   for (int k = 0; k < p; ++k) {
     VectorXd moved = space.start();
@@ -44,8 +46,17 @@ Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, dou
     models.push_back(space.model(moved));
   }
   std::vector<LaneJob> jobs;
-  for (const Model& model : models) jobs.push_back(jobOf(rec, model, angle_rad));
-  if (with_angle) jobs.push_back(jobOf(rec, models[0], angle_rad + angle_step_rad));
+  const double steps[2] = {angle_step_rad, angle_step_rad / rec.duration()};
+  const auto add = [&](const Model& model, double more_angle, double more_speed) {
+    jobs.push_back(jobOf(rec, model, state.angle_rad + more_angle));
+    if (!turning) return;
+    const double faster = state.turning_rad_s + more_speed;
+    jobs.back().speed_rad_s += faster;
+    jobs.back().angle0_rad += state.turning_rad + more_angle - faster * rec.first_turns_s;
+  };
+  for (const Model& model : models) add(model, 0.0, 0.0);
+  if (angle > 0) add(models[0], steps[0], 0.0);
+  if (angle > 1) add(models[0], 0.0, steps[1]);
   const std::size_t width = static_cast<std::size_t>(rec.samples) * predicted_channels;
   std::vector<std::vector<double>> out(jobs.size(), std::vector<double>(width));
   for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = out[k].data();
@@ -68,7 +79,7 @@ Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, dou
       for (int k = 0; k < p; ++k)
         rows.coordinates(row, k) =
             (out[k + 1][at] - out[0][at]) / (share_of_scale * space.coordinates()[k].scale) / noise;
-      if (with_angle) rows.local(row, 0) = (out.back()[at] - out[0][at]) / angle_step_rad / noise;
+      for (int k = 0; k < angle; ++k) rows.local(row, k) = (out[p + 1 + k][at] - out[0][at]) / steps[k] / noise;
       if (c < 4) {
         rows.local(row, angle + c) = 1.0 / noise;
         rows.local(row, angle + 4 + c) =
@@ -77,6 +88,12 @@ Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, dou
     }
   for (int k = 0; k < locals; ++k)
     rows.local(data + k, k) = with_angle && k == 0 ? std::sqrt(angle_prior) : 1.0 / set.offset_std_m;
+  if (turning) {
+    rows.local(data, 0) = 1.0 / rec.angle_std_rad;
+    rows.local(data + 1, 1) = 1.0 / rec.speed_std_rad_s;
+    rows.residual[data] = -state.turning_rad / rec.angle_std_rad;
+    rows.residual[data + 1] = -state.turning_rad_s / rec.speed_std_rad_s;
+  }
   return rows;
 }
 
@@ -93,18 +110,24 @@ MatrixXd orthonormal(MatrixXd columns) {
 
 void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, double angle_rad,
                         bool with_angle) {
-  const Recording& rec = set.recordings[run];
-  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  std::vector<Recording> recordings = set.recordings;
+  Recording& rec = recordings[run];
+  rec.angle_std_rad *= 1e3;  // so that no end is met: this model is off by more than the pulses' times
+  rec.speed_std_rad_s *= 1e3;
+  const FitProblem problem(recordings, space, set.offset_std_m);
   std::vector<LocalState> local(set.recordings.size());
   local[run].angle_rad = angle_rad;
   local[run].angle_searches = 1000;  // the angle is the one given
+  local[run].turning_rad = 0.7 * rec.angle_std_rad;
+  local[run].turning_rad_s = -1.3 * rec.speed_std_rad_s;
+  const LocalState given = local[run];
   EvaluationOptions options;
   options.scores = true;
   std::vector<RunResult> results;
   const NormalEquations found = problem.evaluate(space.start(), {run}, local, options, &results);
   ASSERT_TRUE(found.finite);
 
-  const Rows rows = rowsOf(set, rec, space, angle_rad, with_angle);
+  const Rows rows = rowsOf(set, rec, space, given, with_angle);
   const MatrixXd q = orthonormal(rows.local);
   const MatrixXd free = rows.coordinates - q * (q.transpose() * rows.coordinates);
   const VectorXd left = rows.residual - q * (q.transpose() * rows.residual);
@@ -117,7 +140,7 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
   EXPECT_NEAR(found.squares, left.head(data).squaredNorm(), elimination_round_off * before);
   EXPECT_NEAR(results[0].mean_square, left.head(data).squaredNorm() / static_cast<double>(data),
               elimination_round_off * before / static_cast<double>(data));
-  for (std::size_t c = 0; c < rows.channels.size() && !with_angle; ++c)
+  for (std::size_t c = 0; c < rows.channels.size(); ++c)
     EXPECT_NEAR(results[0].channel_mean_square[rows.channels[c]],
                 left.segment(static_cast<long>(c) * rows.samples, rows.samples).squaredNorm() /
                     static_cast<double>(rows.samples),
@@ -158,6 +181,8 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
   const VectorXd kept = [&] {
     VectorXd all(rows.local.cols());
     if (with_angle) all[0] = local[run].angle_rad - angle_rad;
+    if (rec.angle_std_rad > 0.0) all.head(2) << local[run].turning_rad - given.turning_rad,
+                                 local[run].turning_rad_s - given.turning_rad_s;
     for (int a = 0; a < 4; ++a) {
       all[all.size() - 8 + a] = local[run].offset_m[a];
       all[all.size() - 4 + a] = local[run].drift_m[a];
@@ -168,13 +193,31 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
             elimination_round_off * solved.norm());
 }
 
-TEST(FitElimination, TheOffsetsOfARun) {
+TEST(FitElimination, TheOffsetsAngleAndSpeedOfARun) {
   const MadeSet& set = madeSet(21, "none", 0.0, false);
   const FitSpace space(set.dataset.belief, {});
   const int run = set.indexOf("steady_2");
   ASSERT_GE(run, 0);
   ASSERT_FALSE(set.recordings[run].standstill);
+  ASSERT_GT(set.recordings[run].angle_std_rad, 0.0);
+  ASSERT_GT(set.recordings[run].speed_std_rad_s, 0.0);
   expectAsWrittenOut(set, run, space, 0.0, false);
+}
+
+TEST(FitElimination, AWrongModelDoesNotTurnTheShaft) {
+  const MadeSet& set = madeSet(21, "none", 0.0, false);
+  const FitSpace space(set.dataset.belief, {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  const int run = set.indexOf("steady_2");
+  const Recording& rec = set.recordings[run];
+  std::vector<LocalState> local(set.recordings.size());
+  std::vector<RunResult> results;
+  const NormalEquations found = problem.evaluate(space.start(), {run}, local, {}, &results);
+  EXPECT_NEAR(std::fabs(local[run].turning_rad), 3.0 * rec.angle_std_rad, 1e-3 * rec.angle_std_rad) << "it would go on";
+  EXPECT_LE(std::fabs(local[run].turning_rad_s), 3.001 * rec.speed_std_rad_s);
+  // and the sum is that of where it stands: the same again, from there
+  const double again = problem.evaluate(space.start(), {run}, local, {}, &results).chi2;
+  EXPECT_NEAR(again, found.chi2, 1e-5 * found.chi2);
 }
 
 TEST(FitElimination, TheAngleAtStandstill) {

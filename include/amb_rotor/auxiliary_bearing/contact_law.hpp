@@ -29,7 +29,7 @@ struct ContactGeometry {
 };
 
 template <class S>
-ContactGeometry<S> contactGeometry(const Vec2<S>& offset, const Vec2<S>& velocity, const S& clearance) {
+[[gnu::always_inline]] inline ContactGeometry<S> contactGeometry(const Vec2<S>& offset, const Vec2<S>& velocity, const S& clearance) {
   ContactGeometry<S> g;
   // the tiny constant keeps the direction finite at the centre, where there is no contact anyway
   g.distance = squareRoot(offset.dot(offset) + S(1e-30));

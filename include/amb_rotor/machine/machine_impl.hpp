@@ -202,6 +202,13 @@ template <class S>
 Contact<S> Machine<S>::contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
                                  const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
                                  const Inputs<S>& in) const {
+  return contactOf(end, position, velocity, shaft, centre, centre_velocity, ring_speed, in);
+}
+
+template <class S>
+inline Contact<S> Machine<S>::contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
+                                        const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
+                                        const Inputs<S>& in) const {
   const auto& bearing = rig_.auxiliary_bearing;
   const LocalContact<S>* local = in.contact != nullptr ? &in.contact[end] : nullptr;
   const ContactGeometry<S> g = contactGeometry(position - centre, velocity - centre_velocity,
@@ -309,7 +316,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     }
     if (ring_ != nullptr) angular[end] = ring_->physics->ringSpeed(end, state + ring_->offset);
     const Contact<S> contact =
-        contactAt(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
+        contactOf(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
     rotor_.push(plane_aux + end, contact.force, generalised);
     // the surface of the rotor feels the friction at its own radius
     spin_torque += contact.friction_force * rig_.auxiliary_bearing.rotor_radius_m;

@@ -47,7 +47,8 @@ class ModalRotor {
   const S& shape(int plane, int k) const { return shapes_[plane * modes_ + k]; }
 
   /// Displacement (or velocity) of a plane; q holds the x coordinates, then the y coordinates.
-  Vec2<S> at(int plane, const S* q) const {
+  /// Always inline, as push() is: a pack returned through memory costs more than these products.
+  [[gnu::always_inline]] Vec2<S> at(int plane, const S* q) const {
     const S* phi = &shapes_[plane * modes_];
     if (modes_ == 2)  // the rigid beam, the most frequent
       return {phi[0] * q[0] + phi[1] * q[1], phi[0] * q[2] + phi[1] * q[3]};
@@ -60,7 +61,7 @@ class ModalRotor {
   }
 
   /// Adds a force at a plane to the generalised forces (size 2 modes()).
-  void push(int plane, const Vec2<S>& force, S* generalised) const {
+  [[gnu::always_inline]] void push(int plane, const Vec2<S>& force, S* generalised) const {
     const S* phi = &shapes_[plane * modes_];
     for (int k = 0; k < modes_; ++k) {
       generalised[k] += phi[k] * force.x;

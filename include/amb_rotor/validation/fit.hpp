@@ -3,8 +3,9 @@
 // on the spot (Schur complement), so that a fit has as many unknowns as the machine has parameters.
 //
 // Local unknowns: of a run, the offset and the linear drift of each displacement channel (they lie in the recording,
-// not in the control loop) and, at standstill, the shaft's angle where the model depends on it; of a window of 10 ms
-// in a run with contact, its starting mechanics and currents besides.
+// not in the control loop), at standstill the shaft's angle where the model depends on it, at a constant speed what the
+// first turns leave open of angle and speed (their pulses' times are rounded); of a window of 10 ms in a run with contact,
+// its starting mechanics and currents besides.
 #include <Eigen/Core>
 #include <map>
 #include <memory>
@@ -21,7 +22,7 @@ constexpr double contact_window_s = 0.01;
 /// Finite differences of predictions without contact, over a coordinate's scale. These are smooth to round-off, and what a
 /// difference is off by adds curvature to valleys that are nearly flat (a sensor's gain against Ki), where fits then stop.
 constexpr double step_without_contact = 0.0005;
-constexpr double angle_step_rad = 5e-4;  ///< of the shaft's angle at standstill
+constexpr double angle_step_rad = 5e-4;  ///< of the shaft's angle; of a speed, at the end of the run
 
 /// Part of the noise that a model may be off by in every residual alike without being found out: clocks, integrators and
 /// calibrations are no better. It adds share^2 times the number of residuals to the variances that white noise gives.
@@ -47,6 +48,7 @@ struct NormalEquations {
 struct LocalState {
   int angle_searches = 0;                ///< over the whole turn, so far
   double angle_rad = 0.0;                ///< at standstill
+  double turning_rad = 0.0, turning_rad_s = 0.0;  ///< added to angle (at Recording::first_turns_s) and constant speed
   int evaluations = 0;                   ///< without contact, so far
   double run_in_s = 0.0;                 ///< the longest that one of them has needed
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet

@@ -21,6 +21,8 @@ struct Recording {
   Schedule schedule;                    ///< bearings off and on
   bool standstill = false;              ///< the tacho tells no angle
   double angle0_rad = 0.0, speed_rad_s = 0.0;       ///< at t = 0, of a constant speed: from the first turns
+  /// How well the first turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: not from them.
+  double angle_std_rad = 0.0, speed_std_rad_s = 0.0, first_turns_s = 0.0;
   std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
   TachoPulses pulses;
   std::vector<std::string> remarks;     ///< what is odd in the data: dropouts, missing pulses, saturation
