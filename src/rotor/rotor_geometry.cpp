@@ -117,7 +117,7 @@ std::vector<Fault> faultsOf(const RotorGeometry& geometry) {
   for (std::size_t i = 0; i < geometry.discs.size(); ++i) {
     const Disc& disc = geometry.discs[i];
     const std::string key = item("discs", i);
-    faults.require(!known || (disc.at >= 0.0 && disc.at <= length + kSameLength), key + ".at_m", disc.at,
+    faults.require(disc.at >= 0.0 && (!known || disc.at <= length + kSameLength), key + ".at_m", disc.at,
                    "on the shaft, which is " + written(length) + " m long");
     faults.positive(key + ".mass_kg", disc.mass, "kg");
     faults.notNegative(key + ".polar_inertia_kg_m2", disc.polar_inertia, "kg m2");
