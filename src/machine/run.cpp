@@ -217,6 +217,7 @@ void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineStat
 
 Simulation simulate(const Model& model, const Scenario& scenario, const RunOptions& wanted) {
   Simulation run;
+  run.trajectory.clearance_m = model.rig.auxiliary_bearing.clearance_m;  // also of a run that does not begin
   const std::string own_law = lawOfAFile(model);
   RunOptions options = wanted;
   options.modal = wanted.modal && own_law.empty();
@@ -235,7 +236,6 @@ Simulation simulate(const Model& model, const Scenario& scenario, const RunOptio
   } else {
     startAsGiven(machine, scenario, state);
   }
-  run.trajectory.clearance_m = model.rig.auxiliary_bearing.clearance_m;
   if (inModes(machine, options)) {
     modes.countAnew();
     fillRun(sim, scenario, state, modes, run);

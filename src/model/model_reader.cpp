@@ -193,17 +193,16 @@ void readEffects(YamlMap& root, EffectCatalogue& catalogue, Model& model) {
       model.effects.push_back(std::move(effect));
       continue;
     }
-    const YamlNode* parameters = entry.take("parameters", true);
-    entry.finish();
-    if (schema == nullptr && faults.faults().size() != before) continue;
-    if (effect.id.empty()) continue;
-    const std::string path = "effects." + effect.id;
-    if (schema == nullptr) {
-      std::vector<std::string> ids;
+    if (schema == nullptr && !effect.id.empty() && faults.faults().size() == before) {
+      std::vector<std::string> ids;  // nothing else can be said of its keys
       for (const auto& known : catalogue.all()) ids.push_back(known.id);
       entry.fault("effect", "the effect is not known; nearest: " + nearestWord(effect.id, ids));
       continue;
     }
+    const YamlNode* parameters = entry.take("parameters", true);
+    entry.finish();
+    if (schema == nullptr) continue;
+    const std::string path = "effects." + effect.id;
     YamlMap values(parameters, path, faults);
     for (const ParameterSchema& parameter : schema->parameters)
       effect.values.push_back(values.number(parameter.name));

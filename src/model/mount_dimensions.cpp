@@ -47,6 +47,7 @@ bool hasMountDimensions(YamlMap& entry) {
 
 std::vector<double> readMountDimensions(YamlMap& entry) {
   double stiffness = 0.0, damping = 0.0;
+  const std::size_t faults_before = entry.faults().faults().size();
   if (entry.has("tolerance_ring") && entry.has("o_ring"))
     entry.fault("o_ring", "the mount is a tolerance ring already; it may be one of the two");
   if (entry.has("tolerance_ring")) {
@@ -77,6 +78,8 @@ std::vector<double> readMountDimensions(YamlMap& entry) {
     damping = lossOf(map, stiffness);
     map.finish();
   }
+  // of dimensions that are refused nothing follows that could be refused, too
+  if (entry.faults().faults().size() != faults_before) stiffness = damping = std::nan("");
   return {stiffness, damping, entry.number("mass_kg")};
 }
 

@@ -13,11 +13,12 @@ void bindMakeDataset(py::module_& m) {
   m.def(
       "make_dataset",
       [](std::uint64_t seed, const std::vector<std::string>& effects, double strength, bool contact,
-         const std::string& out) {
+         const std::string& out, bool set_valued_friction) {
         MadeDataset made;
         {
           const py::gil_scoped_release release;
-          made = makeDataset({seed, effects, strength, contact, out, {}});
+          made = makeDataset({seed, effects, strength, contact, out, {},
+                              set_valued_friction ? FrictionLaw::set_valued : FrictionLaw::regularised});
         }
         py::dict d;
         py::list hidden;
@@ -41,7 +42,7 @@ void bindMakeDataset(py::module_& m) {
         return d;
       },
       py::arg("seed"), py::arg("effects") = std::vector<std::string>(), py::arg("strength") = 0.0,
-      py::arg("contact") = false, py::arg("out"));
+      py::arg("contact") = false, py::arg("out"), py::arg("set_valued_friction") = false);
 }
 
 }  // namespace amb_rotor

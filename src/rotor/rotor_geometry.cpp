@@ -104,16 +104,20 @@ double RotorGeometry::length() const {
 std::vector<Fault> faultsOf(const RotorGeometry& geometry) {
   Faults faults;
   const double length = geometry.length();
+  // what lies where on a shaft is judged once its sections have lengths
+  const bool known = std::all_of(geometry.sections.begin(), geometry.sections.end(), [](const ShaftSection& section) {
+    return std::isfinite(section.length) && section.length > 0.0;
+  });
   faults.positive("max_element_length_m", geometry.max_element_length, "m");
   // A slip of the unit (m for mm) would otherwise ask for gigabytes of matrices.
-  faults.require(!(geometry.max_element_length > 0.0) || length / geometry.max_element_length <= 2000.0,
+  faults.require(!known || !(geometry.max_element_length > 0.0) || length / geometry.max_element_length <= 2000.0,
                  "max_element_length_m", geometry.max_element_length, "at most 2000 elements a rotor");
   checkSections(geometry, faults);
-  for (std::size_t i = 0; i < geometry.rings.size(); ++i) checkRing(geometry, i, faults);
+  for (std::size_t i = 0; known && i < geometry.rings.size(); ++i) checkRing(geometry, i, faults);
   for (std::size_t i = 0; i < geometry.discs.size(); ++i) {
     const Disc& disc = geometry.discs[i];
     const std::string key = item("discs", i);
-    faults.require(disc.at >= 0.0 && disc.at <= length + kSameLength, key + ".at_m", disc.at,
+    faults.require(disc.at >= 0.0 && (!known || disc.at <= length + kSameLength), key + ".at_m", disc.at,
                    "on the shaft, which is " + written(length) + " m long");
     faults.positive(key + ".mass_kg", disc.mass, "kg");
     faults.notNegative(key + ".polar_inertia_kg_m2", disc.polar_inertia, "kg m2");

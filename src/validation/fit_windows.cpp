@@ -109,6 +109,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     Stretch stretch = whole;
     stretch.first = window.first;
     stretch.last = window.last;
+    stretch.by_events = whole.by_events && !slidesThroughout(rec, base_model, window.first, window.last);
     MachineState<double>& kept = local.window_start[number];
     const bool fresh = static_cast<int>(kept.mechanics.size()) != mechanics;
     MachineState<double> start = kept, guess = kept;

@@ -239,6 +239,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
   };
   made = MadeDataset();
   made.belief = drawBelief(dice, secret.contact || hides("shaft_crack"), hides("gyroscopic_coupling"));
+  made.belief.friction_law = options.friction_law;
   TrueMachine machine{drawTruth(dice, made.belief), {}};
   if (netStiffness(machine.model) < 0.5 * netStiffness(made.belief)) return false;
   const double top = topSpeedHz(made.belief);
@@ -314,6 +315,8 @@ MadeDataset makeDataset(const MakeDatasetOptions& options) {
   Dice dice(options.seed);
   for (int i = 0; i < 8; ++i) dice.uniform(0.0, 1.0);
   const Secret secret = drawSecret(dice, options);
+  if (!secret.law.empty() && options.friction_law == FrictionLaw::set_valued)  // its own integrator knows no sticking
+    throw InputError({{"", 0, "effect", secret.law, "a law of no catalogue goes with regularised friction only"}});
   MadeDataset made;
   for (int i = 0; i < most_rigs; ++i)
     if (tryRig(dice, secret, i, options, made)) return made;

@@ -200,8 +200,10 @@ class Way {
       state.lag = lag;
       for (std::size_t i = 0; i < lag.size(); ++i) state.lag[i] = state.current[i / (lag.size() / 4)];
     }
-    for (int end = 0; end < 2; ++end)
+    for (int end = 0; end < 2; ++end) {
       state.contact_mode[end] = machine_.contactGuard(end, state.mechanics.data()) > 0.0 ? 1 : 0;
+      state.sliding[end] = sliding_unset;  // what sticks there may slide here
+    }
     return state;
   }
 

@@ -1,6 +1,10 @@
 // Predictions of set-valued friction: one machine at a time, touch-down, lift-off, stick and slip located.
+#include <algorithm>
+#include <cmath>
+
 #include "amb_rotor/machine/event_stepper.hpp"
 #include "amb_rotor/validation/predict_impl.hpp"
+#include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
 
@@ -24,6 +28,33 @@ struct LocatedEvents {
 };
 
 }  // namespace
+
+bool slidesThroughout(const Recording& rec, const Model& model, long first, long last) {
+  // tanh(v/v0) is 1 from 0.2 m/s on. The rest is for mounts, which follow the rotor or ring at what friction gives their
+  // small mass, and for starts that a fit has yet to find.
+  constexpr double far_from_stick_m_s = 1.0, of_whirl = 3.0;
+  for (const auto& effect : model.effects)
+    if (effect.id == "inner_ring_spin") return false;
+  if (std::any_of(rec.noise.begin(), rec.noise.begin() + 4, [](double noise) { return noise <= 0.0; })) return false;
+  const auto& planes = model.rig.planes;
+  const double span = planes.sensor[1] - planes.sensor[0];
+  double whirl = 0.0;
+  for (long i = std::max(1L, first - 1); i < std::min(rec.samples - 1, last + 1); ++i) {
+    const double *after = &rec.measured[(i + 1) * predicted_channels], *before = &rec.measured[(i - 1) * predicted_channels];
+    for (const double z : planes.aux) {
+      const double share = (z - planes.sensor[0]) / span;
+      const auto moved = [&](int axis) {
+        const double a = after[axis] - before[axis], b = after[2 + axis] - before[2 + axis];
+        return a + share * (b - a);
+      };
+      whirl = std::max(whirl, 0.5 * rec.run.sample_rate_hz * std::hypot(moved(0), moved(1)));
+    }
+  }
+  const double rate = rec.run.sample_rate_hz;
+  const double slowest = std::min(std::fabs(shaftAt(rec, model, static_cast<double>(first) / rate).speed),
+                                  std::fabs(shaftAt(rec, model, static_cast<double>(last) / rate).speed));
+  return model.rig.auxiliary_bearing.rotor_radius_m * slowest > of_whirl * whirl + far_from_stick_m_s;
+}
 
 void predictByEvents(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) predictPack<double, LocatedEvents>(stretch, jobs + k, 1);

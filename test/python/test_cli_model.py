@@ -119,6 +119,37 @@ def test_bad_input_of_simulate_is_one_message(tmp_path, capsys, arguments, compl
     assert complaint in message and "Traceback" not in message
 
 
+def test_a_run_that_does_not_begin_says_why(tmp_path, capsys):
+    # nothing this light can be integrated: the run-in fails, and there is no orbit to sum up
+    assert cli.main(["simulate", str(MODEL), "--scenario", str(scenario(tmp_path)), "--out", str(tmp_path / "run.npz"),
+                     "--set", "rig.rotor.mass_kg=1e-300"]) == 1
+    told = capsys.readouterr()
+    assert "run-in" in told.out and "Traceback" not in told.err
+
+
+@pytest.mark.parametrize("written, meant, complaint", [
+    ("effect: compliant_mount", "effect: compliant_mounts", "the effect is not known; nearest: compliant_mount"),
+    ("thickness_m: 0.4e-3", "thickness_m: -0.4e-3", "tolerance_ring.thickness_m = -0.4e-3: must be above 0 m"),
+    ("mass_kg: 0.069", "mass_kg: -0.069", "compliant_mount.mass_kg = -0.069"),
+])
+def test_a_bad_effect_is_told_once_and_by_its_name(written, meant, complaint):
+    text = (ROOT / "config/thesis/drop_model.yaml").read_text()
+    assert written in text
+    with pytest.raises(InputError) as caught:
+        core.parse_model(text.replace(written, meant), "model.yaml")
+    assert len(caught.value.faults) == 1 and complaint in str(caught.value.faults[0]), caught.value.faults
+
+
+@pytest.mark.parametrize("length", [".nan", "-0.0256"])
+def test_a_section_without_length_is_the_only_fault_of_its_rotor(tmp_path, capsys, length):
+    path = tmp_path / "rotor.yaml"
+    text = (ROOT / "config/thesis/rotor.yaml").read_text()
+    path.write_text(text.replace("length_m: 0.0256", f"length_m: {length}", 1))
+    assert cli.main(["check", str(path)]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1 and f"sections[0].length_m = {length}: " in told[0], told
+
+
 def test_the_cores_input_error_is_pythons(tmp_path):
     path = tmp_path / "model.yaml"
     path.write_text(MODEL.read_text().replace("mass_kg: 3.36 ", "mass_kg: -3 ").replace("kp_A_per_m", "kp_A_m"))

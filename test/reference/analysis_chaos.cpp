@@ -65,7 +65,7 @@ TEST(AnalysisChaos, FromASeries) {
     henon(s, unused);
     if (i >= 100) x.push_back(s(0));
   }
-  // Rosenstein et al. find 0.390 to 0.418 for 500 to 2000 values: within 10 %.
+  // The exponent of HenonMap above; 10 % for a slope through few steps of 2000 values.
   const SeriesLyapunov h = lyapunovFromSeries(delayEmbedding(x, 2, 1));
   ASSERT_TRUE(h.valid) << h.reason;
   EXPECT_NEAR(h.exponent, 0.419, 0.042);
@@ -86,7 +86,7 @@ TEST(AnalysisChaos, FromASeries) {
 }
 
 TEST(AnalysisChaos, ZeroOneTestAndForecast) {
-  // Gottwald and Melbourne: K near 1 at r = 4 (chaos), near 0 at r = 3.55 (period 8).
+  // K is near 1 for chaos (r = 4), near 0 for a periodic motion (r = 3.55, period 8).
   EXPECT_GT(zeroOneTest(logistic(4.0, 1000)), 0.95);
   EXPECT_LT(std::fabs(zeroOneTest(logistic(3.55, 1000))), 0.1);
   const auto ratio = [](const std::vector<double>& u) { return forecastRatio(delayEmbedding(u, 1, 1), 2); };
@@ -279,7 +279,7 @@ Eigen::Matrix3d lockedBounce(double gamma, double e, int k) {
 TEST(AnalysisChaos, BouncingBallLosesItsPeriodWhereLuckAndMehtaSay) {
   for (int k : {1, 2}) {
     for (double e : {0.3, 0.5, 0.85}) {
-      // Phys. Rev. E 48 (1993) 3988: flip at Gamma^2 = (k pi (1-e)/(1+e))^2 + (2 (1+e^2)/(1+e)^2)^2.
+      // Bouncing ball with a finite restitution (1993): flip at Gamma^2 = (k pi (1-e)/(1+e))^2 + (2 (1+e^2)/(1+e)^2)^2.
       const double published =
           std::hypot(k * M_PI * (1.0 - e) / (1.0 + e), 2.0 * (1.0 + e * e) / ((1.0 + e) * (1.0 + e)));
       double low = k * M_PI * (1.0 - e) / (1.0 + e) * (1.0 + 1e-9), high = low + 3.0;

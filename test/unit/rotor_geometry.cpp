@@ -79,7 +79,7 @@ TEST_F(RotorGeometryFile, ReportsAllFaultsAtOnceWithLineAndKey) {
       "  - {length_m: abc, outer_diameter_m: 0.02, inner_diameter_m: 0.03, material: steel}\n"
       "  - {length_m: 0.1, length_m: 0.1, outer_diameter_m: 0.02, material: steel}\n"
       "discs:\n"
-      "  - {at_m: 0.9, mass_kg: .nan, polar_inertia_kg_m2: 3e-4, transverse_inertia_kg_m2: 1e-4}\n"
+      "  - {at_m: -0.9, mass_kg: .nan, polar_inertia_kg_m2: 3e-4, transverse_inertia_kg_m2: 1e-4}\n"
       "  - {at_m: 0.1, mass_kg: 1, polar_inertia_kg_m2: 1e-4}\n");
   std::set<std::string> seen;
   for (const Fault& fault : found) seen.insert(std::to_string(fault.line) + " " + fault.key);

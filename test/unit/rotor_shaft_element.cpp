@@ -51,7 +51,7 @@ TEST(RotorShaftElement, TimoshenkoStiffnessIsPrzemienieckis) {
 }
 
 TEST(RotorShaftElement, ShearFactors) {
-  // Hutchinson 2001, equation 49: 6 (1+nu)^2 / (7 + 12 nu + 4 nu^2) for the solid circle.
+  // Hutchinson 2001: 6 (1+nu)^2 / (7 + 12 nu + 4 nu^2) for the solid circle.
   EXPECT_NEAR(hutchinsonShearFactor(0.0, 0.3), 6.0 * 1.69 / (7.0 + 3.6 + 0.36), element_round_off);
   // Thin tube: (1+nu)/(2+nu), his limit; the ring of 0.999 is within the square of its wall ratio.
   EXPECT_NEAR(hutchinsonShearFactor(0.999, 0.3), 1.3 / 2.3, 1e-5);

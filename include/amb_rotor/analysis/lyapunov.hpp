@@ -15,7 +15,7 @@
 // steps since; the slope of its straight part is lambda_1 (per step). No straight part: noise or too few
 // points.
 //
-// Sources: Benettin et al., Meccanica 15 (1980); Mueller, Chaos Solitons Fractals 5 (1995); Rosenstein,
+// Sources: Benettin et al., Meccanica 15 (1980); the jump as in Leine and Nijmeijer; Rosenstein,
 // Collins, De Luca, Physica D 65 (1993); Das et al., Nonlinearity 30 (2017) for the weighted mean of the
 // winding number. Left out: spectra from series; noise reduction.
 #include <Eigen/Core>

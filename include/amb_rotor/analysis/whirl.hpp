@@ -13,7 +13,7 @@
 //
 // Units: rad/s, m, s. Valid: at least about 8 samples a whirl (resolved = false where the angle steps by more
 // than 3/4 of a half turn: the direction may then be aliased).
-// Source: thesis 2.3 and 5.2 (backward whirl); Black 1968. Left out: a ring that turns itself (subtract its
+// Source: thesis 2.3 and 5.2 (backward whirl); rolling as above. Left out: a ring that turns itself (subtract its
 // speed from Omega and w's frame by the caller).
 #include <cstddef>
 #include <string>

@@ -10,7 +10,7 @@
 // 1 - H (checked by a test). The lags are propagated exactly behind the amplifier.
 // Left out: eddy currents from the rotor's spin (drag), frequency-dependent Ks.
 // Valid: changes that are small against the bias flux (linear iron), 2 to 4000 Hz.
-// Source: the half-order model of Zhu, Knospe and Maslen, IEEE Trans. Magn. 41 (2005) 1248.
+// Source: half order as in: Analytic model for a nonlaminated cylindrical magnetic actuator including eddy currents.
 #include <array>
 
 #include "amb_rotor/effects/effect.hpp"

@@ -5,7 +5,7 @@
 // Signature: a resonance and an antiresonance near w. State: f, f' (x, y each).
 // Left out: tilting of the foundation.
 // Valid: below the foundation's second mode; the same in x and y.
-// Source: Kirk and Gunter, J. Eng. Ind. 94 (1972) 221.
+// Source: Newton's law of the mass, as above.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

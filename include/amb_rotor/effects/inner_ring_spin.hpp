@@ -4,7 +4,7 @@
 //   slip v = rotor surface speed + whirl - arm w
 // J [kg m2], T [N m] drag torque. State: w [rad/s] of each end. Left out: balls and cage, speed-dependent drag.
 // Valid: drag that does not depend on load and speed.
-// Source: Cole, Keogh and Burrows, J. Tribol. 124 (2002) 406, of which this keeps the ring.
+// Source: the ring's angular momentum under the friction of thesis 3.38 (doc/physics.md section 7); drag by definition.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

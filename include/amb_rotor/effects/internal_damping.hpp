@@ -3,7 +3,7 @@
 // Stable below, driving forward whirl above the threshold speed W = w (1 + d_ext/d). What drives it comes from the spin, which
 // feels the torque M = -(x F_y - y F_x), so that F.v + M W = -d abs(v - W z_hat x r)^2 is never positive.
 // Valid: viscous damping at one plane, small against critical.
-// Source: Kimball, General Electric Review 27 (1924) 244; Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines,
+// Source: Kimball, General Electric Review, April 1924, 244; Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines,
 // Cambridge 2010.
 // Left out: hysteretic damping, which does not grow with frequency; damping of the shaft's own modes (rotor.geometry).
 #include "amb_rotor/effects/effect.hpp"

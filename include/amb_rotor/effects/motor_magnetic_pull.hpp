@@ -2,7 +2,7 @@
 // Unbalanced magnetic pull of the motor: a negative stiffness away from the bearings, F = +k (x, y) at axial
 // position z [m], k [N/m] positive pulls outwards. Left out: its dependence on the motor's current and slip.
 // Valid: displacements small against the motor's gap, where the pull is linear.
-// Source: Fruechtenicht, Jordan and Seinsch, Archiv fuer Elektrotechnik 65 (1982) 271.
+// Source: Exzentrizitaetsfelder als Ursache von Laufinstabilitaeten bei Asynchronmaschinen 1, Archiv fuer Elektrotechnik.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

@@ -7,7 +7,7 @@
 // The second harmonic has opposite sign in y: two sensors at right angles see an oval track so.
 // Left out: harmonics above the second, noise of the track (electrical runout).
 // Valid: amplitudes small against the track's radius, so that motion and runout add up.
-// Source: Setiawan, Mukherjee and Maslen, J. Dyn. Syst. Meas. Control 124 (2002) 14.
+// Source: by definition, the first two harmonics of the track's radius under sensors at right angles.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

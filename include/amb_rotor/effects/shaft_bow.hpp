@@ -7,7 +7,7 @@
 // so a free spin feels -dV/du = k bow (y cos u - x sin u) [N m]; of an axis that is off, neither.
 // Left out: bow that changes with temperature.
 // Valid: a loop whose stiffness at the speed is that at rest; a bow small against gap and clearance.
-// Source: Nicholas, Gunter and Allaire, J. Eng. Power 98 (1976) 171.
+// Source: Nicholas, Gunter and Allaire, J. Eng. Power 98 (1976): a force that speed does not change.
 #include "amb_rotor/effects/effect.hpp"
 
 namespace amb_rotor::effects {

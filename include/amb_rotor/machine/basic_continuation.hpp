@@ -15,7 +15,7 @@
 // continuous there, because the force is, but its slope is not). Errors: InputError for a start that does not
 // settle to the period asked for, or repeats earlier. A branch that ends says why in `ended`; one of n turns
 // ends where it joins a motion of fewer turns (the flip at which it begins or ends).
-// Source: Seydel, Practical Bifurcation and Stability Analysis, chapters 4 and 7.
+// Source: Seydel, Practical Bifurcation and Stability Analysis.
 #include <array>
 #include <complex>
 #include <functional>

@@ -12,7 +12,7 @@
 //
 // Units: dimensionless as in basic_model.hpp. Valid: misalignment 0, linear contact, friction_sign +1;
 // unbalance shifts the watershed by its share of the force. Errors: a speed outside the range gives NaN.
-// Source: Black, J. Mech. Eng. Sci. 10 (1968) 1; derived here. Left out: rolling (sliding friction has it).
+// Source: derived here, for the rotor and stator of Black (thesis 5.1, its [22]). Left out: rolling (sliding friction has it).
 #include "amb_rotor/machine/basic_model.hpp"
 
 namespace amb_rotor {

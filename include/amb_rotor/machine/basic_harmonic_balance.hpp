@@ -19,7 +19,7 @@
 // Units: dimensionless as in basic_model.hpp; phase [rad]. Valid: stable and unstable motions alike. A Newton
 // iteration that does not converge is a result (converged = false). Errors: InputError for counts below 1.
 // Source: Cameron and Griffin, J. Appl. Mech. 56 (1989) 149; Krack and Gross, Harmonic Balance for Nonlinear
-// Vibration Problems, chapters 2 and 3. Left out: stability (Hill), quasi-periodic motion.
+// Vibration Problems (2019). Left out: stability (Hill), quasi-periodic motion.
 #include <Eigen/Core>
 #include <vector>
 

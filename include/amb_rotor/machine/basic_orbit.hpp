@@ -16,7 +16,7 @@
 // Units: dimensionless as in basic_model.hpp. Valid: crossings of the clearance; an orbit that only touches
 // it (grazing) has one-sided derivatives. Errors: a result with finite = false when the step gets too small.
 // Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5 and II.6; Leine and
-// Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, chapter 7.
+// Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems.
 #include <Eigen/Core>
 #include <functional>
 #include <optional>

@@ -11,7 +11,7 @@
 // (22.5 degrees in an eight-pole bearing; table 4.1), i0 [A] bias, s0 [m] air gap, B [T] flux density in the gap. Each
 // pole pulls along its own axis by B^2 A/(2 mu0); along the axis of the force counts cos f of it. The thesis's (3.16) to
 // (3.20) are without cos f. Where x is not small against s0, (3.18) is the effect magnetic_nonlinearity.
-// Source: thesis 3.16 to 3.20; Schweitzer and Maslen, Magnetic Bearings (2009), section 4.
+// Source: thesis 3.16 to 3.20; Schweitzer and Maslen (eds.), Magnetic Bearings, Springer 2009.
 // Valid far below saturation. Left out: reluctance of the iron, leakage and fringing (each of them lowers the force), the
 // gap's change by cos f x under a pole that stands at the force angle, coupling of the axes.
 #include "amb_rotor/model/yaml_document.hpp"

@@ -9,7 +9,7 @@
 //   (3.31 as printed has E in kN/mm2 and gives kN/mm.) Valid before a wave is flat; left out: the stiffness of waves that
 //   are pressed in beforehand, sliding of the waves.
 // O-ring, n cords of diameter d [m] with mean diameter D [m], squeezed by the share c of d when mounted:
-//   force on a length l of a cord (Lindley 1967):  F = E d l (1.25 c^1.5 + 50 c^6)
+//   force on a length l of a cord:  F = E d l (1.25 c^1.5 + 50 c^6)   (empirical, goes by Lindley's name; original not seen)
 //   slope dF/d(c d) = E l (1.875 c^0.5 + 300 c^5); radial displacement u presses the cord at the angle f by u cos f:
 //   k2 = n pi D/2  E (1.875 c^0.5 + 300 c^5)
 //   E: dynamic modulus of the elastomer [Pa] in the band of use. Valid: c to 0.4, displacements far below c d. Left out:

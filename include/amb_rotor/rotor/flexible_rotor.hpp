@@ -17,7 +17,7 @@
 // Left out: see shaft_element.hpp; unequal stiffness in x and y (a crack, a keyway) and internal (rotating)
 // damping are effects, not part of this rotor.
 // Errors: InputError for a bad geometry or a position outside the rotor.
-// Source: thesis 3.1.2; Friswell, Penny, Garvey, Lees: Dynamics of Rotating Machines (2010), chapter 5.
+// Source: thesis 3.1.2; Friswell, Penny, Garvey, Lees: Dynamics of Rotating Machines (2010).
 
 #include <Eigen/Core>
 #include <string>

@@ -15,7 +15,7 @@
 // Critical speeds are those of the undamped rotor: (K + K_s - W^2 (M - j Gam)) v = 0, a linear problem in
 // W^2; the supports must hold the rotor and be symmetric. Supports that
 // depend on frequency or speed, are left out: evaluate at each frequency with its own k and d.
-// Source: thesis 4.2 and figure 4.4; Genta, Dynamics of Rotating Systems (2005), chapters 4 and 6.
+// Source: thesis 4.2 and figure 4.4; Genta, Dynamics of Rotating Systems (2005).
 // Errors: InputError for planes outside the rotor and for critical speeds of a rotor that is not held.
 
 #include <Eigen/Core>

@@ -16,8 +16,8 @@
 //
 // Frame: z along the shaft; spin positive about z, x turning towards y. Then both planes share M and K, and
 //   M x'' + W G y' + K x = F_x,   M y'' - W G x' + K y = F_y       (W: spin, rad/s).
-// Shapes: cubic, with the shear parameter Phi = 12 E_I / (kGA l^2) (Przemieniecki 1968; Friswell et al. 2010,
-// section 5.4); Phi = 0 gives the thesis's 3.13 and 3.14 (its 3.5 has a sign error: H4 is -l xi^2 (1 - xi)).
+// Shapes: cubic, with the shear parameter Phi = 12 E_I / (kGA l^2) (Przemieniecki 1968; Friswell et al.
+// 2010); Phi = 0 gives the thesis's 3.13 and 3.14 (its 3.5 has a sign error: H4 is -l xi^2 (1 - xi)).
 // Sections may be hollow, layered and conical: integrals by Gauss with five points, exact for the cone's
 // polynomials. A displacement method: frequencies come from above. With wave number q the relative error is
 // about (q l)^4/1440, and with shear (q^2 E_I/kGA) (q l)^2/24 more; a cone, whose Phi is its mean section's,

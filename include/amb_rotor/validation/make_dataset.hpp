@@ -18,6 +18,7 @@ struct MakeDatasetOptions {
   bool contact = false;              ///< with runs of kind rub and drop, also where no effect asks for them
   std::string out;                   ///< folder to write
   std::vector<std::string> runs;     ///< only these of the set's runs, by id (chirp_1, steady_2, ...); empty: all
+  FrictionLaw friction_law = FrictionLaw::regularised;  ///< of the rig and of the truth
 };
 
 struct MadeDataset {
@@ -33,7 +34,7 @@ struct MadeDataset {
 std::vector<std::string> hiddenLaws();
 
 /// Makes and writes a data set; the same options give the same files.
-/// @throw InputError: an unknown effect, effects that no drawn rig can carry, a run that is not there or none to fit, a folder that cannot be written
+/// @throw InputError: an unknown effect, a law of no catalogue beside set-valued friction, effects that no drawn rig can carry, a run that is not there or none to fit, a folder that cannot be written
 MadeDataset makeDataset(const MakeDatasetOptions& options);
 
 }  // namespace amb_rotor

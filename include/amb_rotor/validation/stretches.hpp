@@ -30,6 +30,11 @@ double settlingTime(const Model& model);
 /// what still rings at the start would be taken for the missing physics.
 double settledRunIn(const Recording& rec, const Model& model, const Stretch& stretch, double standstill_angle);
 
+/// Whether the ends, where they touch in instants first .. last - 1, slide fast enough that set-valued and regularised
+/// friction are one: then the lanes may take them. The surface's speed R |W| less the whirl's bounds the sliding speed from
+/// below; the whirl's is read off the measurement. Never with a ring that turns itself, nor where a sensor is missing.
+bool slidesThroughout(const Recording& rec, const Model& model, long first, long last);
+
 /// Instants that a local parabola goes through: the first of them, counted from the one looked at, and how many.
 struct MeasuredFrom {
   long from = 0, count = 8;

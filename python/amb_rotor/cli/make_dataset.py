@@ -21,6 +21,8 @@ def add_arguments(parser) -> None:
     parser.add_argument("--strength", type=float, default=0.0, metavar="S",
                         help="what the effect changes, over the noise, rms (default: drawn from 2 to 20)")
     parser.add_argument("--contact", action="store_true", help="with rubs and drops, also where no effect needs them")
+    parser.add_argument("--friction", choices=["regularised", "set_valued"], default="regularised",
+                        help="law of the rig and its truth (default: regularised; set_valued can stick)")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder to write; must not hold a data set yet")
 
 
@@ -35,7 +37,8 @@ def run(args) -> int:
         raise InputError("--strength: must be from 0")
     for file in args.effect_files:
         _core.load_effect(str(common.input_path(file)))
-    made = _core.make_dataset(args.seed, args.effect, args.strength, args.contact, str(folder))
+    made = _core.make_dataset(args.seed, args.effect, args.strength, args.contact, str(folder),
+                              args.friction == "set_valued")
     hidden = ", ".join(effect["effect"] for effect in made["effects"]) or made["law"] or "nothing"
     print(f"hidden: {hidden}; changes the runs by {made['difference']:.1f} times their noise; "
           f"a diagnosis should say {made['verdict']}")
