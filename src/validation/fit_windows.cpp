@@ -65,7 +65,9 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   const int mechanics = mechanicsSize(base_model, whole.spin);
   const int spin_states = whole.spin == Spin::prescribed ? 0 : 2;
   const int free_states = mechanics - spin_states;
-  const int w = free_states + 4;  // unknowns of a window
+  // integrators hold what the sensors' offsets, which are unknown, would seem to ask for: unknowns, too
+  const double ki = base_model.amb_model == AmbModel::linear ? base_model.rig.controller.ki_A_per_m_s : 0.0;
+  const int w = free_states + 4 + (ki > 0.0 ? 4 : 0);  // unknowns of a window
   const bool offsets = offset_std_ > 0.0;
   const int r = offsets ? 8 : 0;  // unknowns of the run: offsets, drifts
   const Machine<double> machine({&base_model}, whole.spin);
@@ -118,6 +120,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     };
     if (!fresh) ringFollows(guess);
     const auto scaleOf = [&](int k, const Scales& scales) {
+      if (k >= free_states + 4) return scales.current / ki;
       if (k >= free_states) return scales.current;
       if (k >= machine.electricsOffset()) {  // filters: value, slope; coils: current
         const int order = machine.electrics().filterOrder(), place = k - machine.electricsOffset();
@@ -131,11 +134,13 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       return (k - 2 * coordinates) % 4 < 2 ? scales.displacement : scales.rate;
     };
     const auto valueOf = [&](const MachineState<double>& state, int k) {
+      if (k >= free_states + 4) return state.controller[k - free_states - 4].integral;
       return k < free_states ? state.mechanics[k] : state.current[k - free_states];
     };
     const auto moved = [&](MachineState<double> state, const Eigen::VectorXd& step) {
       for (int k = 0; k < free_states; ++k) state.mechanics[k] += step[k];
       for (int a = 0; a < 4; ++a) state.current[a] += step[free_states + a];
+      for (int k = free_states + 4; k < w; ++k) state.controller[k - free_states - 4].integral += step[k];
       return state;
     };
     // the guesses, that which predicts the window best first
@@ -169,7 +174,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     const auto linearise = [&](const MachineState<double>& at, bool with_coordinates) {
       const int columns = (with_coordinates ? g : 0) + w;
       std::vector<LaneJob> jobs;
-      std::vector<std::vector<double>> changes(w, std::vector<double>(mechanics + 4, 0.0));
+      std::vector<std::vector<double>> changes(w, std::vector<double>(mechanics + 8, 0.0));
       const auto add = [&](const Model& model, const double* change) {
         LaneJob job = jobOf(rec, model, local.angle_rad);
         job.start = &at;

@@ -5,7 +5,7 @@
 // Local unknowns: of a run, the offset and the linear drift of each displacement channel (they lie in the recording,
 // not in the control loop), at standstill the shaft's angle where the model depends on it, at a constant speed what the
 // first turns leave open of angle and speed (their pulses' times are rounded); of a window of 10 ms in a run with contact,
-// its starting mechanics and currents besides.
+// its starting mechanics, currents and integrators besides.
 #include <Eigen/Core>
 #include <map>
 #include <memory>

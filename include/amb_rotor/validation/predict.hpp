@@ -38,7 +38,7 @@ struct LaneJob {
   double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
   double drift_m_per_s[4] = {0, 0, 0, 0};
   const MachineState<double>* start = nullptr;  ///< at instant `first`; null: settled at t = 0 (first must be 0)
-  const double* start_change = nullptr;     ///< added to the starting mechanics, then the 4 currents; null: none
+  const double* start_change = nullptr;     ///< added to the starting mechanics, 4 currents, 4 integrators; null: none
   double* out = nullptr;                    ///< (last - first) * predicted_channels, instant by instant
   MachineState<double>* end = nullptr;      ///< state at instant `last`, where asked for
   MachineState<double>* begin = nullptr;    ///< state at instant `first` before start_change, where asked for

@@ -177,6 +177,8 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
       setLane(state.mechanics[i], l, laneValue(state.mechanics[i], l) + jobs[l].start_change[i]);
     for (int a = 0; a < 4; ++a)
       setLane(state.current[a], l, laneValue(state.current[a], l) + jobs[l].start_change[n + a]);
+    for (int a = 0; a < 4; ++a)
+      setLane(state.controller[a].integral, l, laneValue(state.controller[a].integral, l) + jobs[l].start_change[n + 4 + a]);
   }
   Steps::begin(machine, state);
   const bool done = sim.run(state, stretch.last / stretch.record_rate_hz, stepper, [&](const Record<S>& seen) {
