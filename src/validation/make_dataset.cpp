@@ -24,6 +24,9 @@ constexpr int most_rigs = 40;        ///< drawn until one carries its effects
 constexpr int most_sizes = 7;        ///< tried for one effect
 constexpr double size_match = 0.12;  ///< of the difference asked for
 constexpr double most_reach = 0.8;   ///< of the clearance, in runs without contact
+/// Error over the noise at which the true machine may follow a run without contact: where currents at their limits amplify
+/// the loop's own noise, no model that starts with the run can.
+constexpr double highest_floor = 1.5;
 
 /// What is hidden in a set.
 struct Secret {
@@ -288,6 +291,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
     if (!signals.sound || static_cast<long>(signals.angle.size()) != plan.samples) return false;
     if (!plan.run.holdsContact() && signals.touched) return false;
     const RecordedRun recorded = record(dice, signals, quiet, noise);
+    if (!plan.run.holdsContact() && recorded.floor > highest_floor) return false;
     made.floor[plan.run.id] = recorded.floor;
     writeRun(folder, plan, recorded);
   }
