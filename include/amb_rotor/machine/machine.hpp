@@ -120,6 +120,9 @@ class Machine {
 
   /// Positive while an end carries contact, negative while it does not [m]; sign as the smaller of penetration and margin.
   S contactGuard(int end, const S* state) const;
+  /// The guard, and how fast regularised friction would bring sliding to rest [1/s]: mu N/v_0 times the inverse mass of the
+  /// surfaces; 0 where a step of dt [s] stays far from sticking. A step of fixed length must resolve it.
+  void contactPace(int end, const Inputs<S>& in, const S* state, double dt, S& guard, S& friction_rate) const;
   /// Penetration [m] (negative: gap) and its rate at an end.
   void approach(int end, const S* state, S& penetration, S& rate) const;
 

@@ -480,6 +480,31 @@ S Machine<S>::contactGuard(int end, const S* state) const {
 }
 
 template <class S>
+void Machine<S>::contactPace(int end, const Inputs<S>& in, const S* state, double dt, S& guard, S& friction_rate) const {
+  const auto& bearing = rig_.auxiliary_bearing;
+  const ContactGeometry<S> g = geometryAt(end, state);
+  NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
+  for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
+  guard = minimum(g.penetration, n.margin);
+  friction_rate = S(0.0);
+  if (!any(guard > S(0.0))) return;
+  const S speed = spin_ == Spin::prescribed ? in.shaft.speed : state[size_ - 1];
+  const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, state + ring_->offset) : S(0.0);
+  const S slip = bearing.rotor_radius_m * speed + g.tangential_rate - ringArm(g.penetration) * ring;
+  S coefficient = bearing.friction_coefficient;
+  for (const auto* effect : friction_) effect->friction(slip, coefficient);
+  S inverse_mass(0.0);
+  for (int k = 0; k < rotor_.modes(); ++k) {
+    const S& shape = rotor_.shape(plane_aux + end, k);
+    inverse_mass += shape * shape / rotor_.mass(k);
+  }
+  constexpr double v0 = friction_regularisation_m_s, near = 4.0;  // tanh'(4) is 0.001
+  const S rate = coefficient * maximum(n.force, S(0.0)) * inverse_mass * S(1.0 / v0);
+  const MaskOf<S> sticky = magnitude(slip) < S(v0) * (S(near) + rate * S(dt));
+  friction_rate = select(sticky, select((guard > S(0.0)), rate, S(0.0)), S(0.0));
+}
+
+template <class S>
 void Machine<S>::contacts(const Inputs<S>& in, const S* state, Contact<S> contact[2]) const {
   Observation<S> seen;
   evaluate(in, state, nullptr, &seen);
