@@ -268,6 +268,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   }
   if (options.keep_prediction) {
     result.predicted.assign(outs.begin(), outs.begin() + static_cast<long>(width));
+    for (std::size_t at = 0; at < width; ++at)
+      for (int k = 0; k < la; ++k)
+        result.predicted[at] += (outs[(lanes + k) * width + at] - outs[at]) / shaft_step[k] * solved[k];
     for (long i = 0; i < n; ++i)
       for (int a = 0; a < 4; ++a)
         result.predicted[i * predicted_channels + a] +=
