@@ -25,8 +25,10 @@ struct Choice {
 const Choice& choice() {
   static const Choice chosen = [] {
     __builtin_cpu_init();
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return Choice{predictAvx512, allLinearAvx512, 8, "AVX-512"};
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return Choice{predictAvx2, allLinearAvx2, 4, "AVX2"};
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+      return Choice{predictAvx512, allLinearAvx512, 8, "AVX-512"};
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+      return Choice{predictAvx2, allLinearAvx2, 4, "AVX2"};
     return Choice{predictBaseline, allLinearBaseline, 2, "SSE2"};
   }();
   return chosen;

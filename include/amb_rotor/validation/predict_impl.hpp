@@ -66,26 +66,21 @@ void unpackState(const MachineState<S>& packed, std::size_t l, MachineState<doub
   }
 }
 
-/// How a pack goes: in lanes of fixed steps.
-template <class S>
-struct FixedSteps {
-  using Stepper = LaneStepper<S>;
+/// How a pack goes: in lanes, by a stepper of them.
+template <class S, class LaneSteps>
+struct BySteps {
+  using Stepper = LaneSteps;
   static Stepper make(const Machine<S>& machine, double largest_step_s, double contact_step_s) {
     return Stepper(machine, largest_step_s, contact_step_s);
   }
   /// Once a state has been put where a stretch begins.
   static void begin(const Machine<S>&, MachineState<S>&) {}
 };
-
-/// The same, but exact where the machine is linear and out of contact.
 template <class S>
-struct ExactSteps {
-  using Stepper = ExactStepper<S>;
-  static Stepper make(const Machine<S>& machine, double largest_step_s, double contact_step_s) {
-    return Stepper(machine, largest_step_s, contact_step_s);
-  }
-  static void begin(const Machine<S>&, MachineState<S>&) {}
-};
+using FixedSteps = BySteps<S, LaneStepper<S>>;
+/// Exact where the machine is linear and out of contact.
+template <class S>
+using ExactSteps = BySteps<S, ExactStepper<S>>;
 
 template <class S>
 Drive<S> packDrive(const Stretch& stretch, const LaneJob* jobs, std::size_t count) {

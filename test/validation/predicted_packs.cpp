@@ -1,0 +1,52 @@
+// Predictions of more machines than a pack holds: what parts two of them is what parts their models.
+#include <gtest/gtest.h>
+
+#include "../support/models.hpp"
+#include "amb_rotor/validation/predict.hpp"
+
+namespace amb_rotor {
+namespace {
+
+using namespace testing_support;
+
+/// What a crack of some depth changes in 0.1 s of 90 Hz, beside as many sound machines as fill packs of their own.
+std::vector<double> changeByCrack(double relative_depth) {
+  const Model sound = with(withUnbalance(levitated(), 3e-5, 0.5, 0.02), "shaft_crack", {0.0, 0.4});
+  const Model cracked = with(withUnbalance(levitated(), 3e-5, 0.5, 0.02), "shaft_crack", {relative_depth, 0.4});
+  Stretch stretch;
+  stretch.record_rate_hz = 10000.0;
+  stretch.last = 1000;
+  const std::size_t rows = static_cast<std::size_t>(stretch.last) * predicted_channels;
+  const std::size_t count = static_cast<std::size_t>(predictionLanes()) + 1;
+  std::vector<double> out(rows * count);
+  std::vector<LaneJob> jobs(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    jobs[k].model = k + 1 < count ? &sound : &cracked;
+    jobs[k].speed_rad_s = two_pi * 90.0;
+    jobs[k].out = out.data() + k * rows;
+  }
+  predict(stretch, jobs);
+  for (const LaneJob& job : jobs) EXPECT_TRUE(job.finite);
+  std::vector<double> change(rows);
+  for (std::size_t i = 0; i < rows; ++i) change[i] = out[(count - 1) * rows + i] - out[i];
+  return change;
+}
+
+double lengthOf(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum);
+}
+
+TEST(PredictedPacks, AllOfThemGoTheSameWay) {
+  // A sound shaft is linear and could go by exact steps, a cracked one cannot. Were the pack of the sound ones to do so, the
+  // difference would hold the steps' own error, which does not shrink with the crack: a derivative of nothing.
+  const std::vector<double> small = changeByCrack(1e-6), large = changeByCrack(1e-4);
+  ASSERT_GT(lengthOf(large), 0.0);
+  std::vector<double> apart(small.size());
+  for (std::size_t i = 0; i < small.size(); ++i) apart[i] = 100.0 * small[i] - large[i];
+  EXPECT_LT(lengthOf(apart), 1e-3 * lengthOf(large)) << "in proportion, to the square of the depth and round-off over 1e-6";
+}
+
+}  // namespace
+}  // namespace amb_rotor
