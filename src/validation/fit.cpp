@@ -19,6 +19,10 @@ namespace {
 /// Finite differences through impacts, where predictions have kinks, over a coordinate's scale.
 constexpr double step_through_contact = 0.02;
 
+/// Share of chi2 that a step has gained from which on the runs' own unknowns are still on their way, even where the
+/// coordinates would stay: through contact their squares are far from a parabola.
+constexpr double still_settling = 0.01;
+
 /// Through impacts the linear model of an effect is good for a few of its parameters' scales only: the share of a step
 /// that stays within them.
 double trustedShare(const FitSpace& space, const Eigen::VectorXd& step) {
@@ -169,6 +173,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   double damping = 1e-6;
   // what a fit is reported by goes to the end of a flat valley: 20 may be several deviations of what lies along it
   const double last_drop = options.scores ? 1.0 : 20.0;
+  double gained = 0.0;  // by the last step
   const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
   for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
     Eigen::MatrixXd h = now.h;
@@ -201,7 +206,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       if (windows) step *= trustedShare(space, step);
       const Eigen::VectorXd x = space.clamped(result.x + step);
       const double expected = step.dot(g);  // about twice the drop of half chi2
-      if (expected < options.tolerance * 0.1 * std::max(1.0, chi2) && expected < 0.5) {
+      if (expected < options.tolerance * 0.1 * std::max(1.0, chi2) && expected < 0.5 && gained < still_settling * chi2) {
         converged = true;
         break;
       }
@@ -214,6 +219,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {
         converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < last_drop;
+        gained = windows ? chi2 - trial_chi2 : 0.0;
         local = std::move(trial_local);
         result.x = x;
         chi2 = trial_chi2;

@@ -83,7 +83,16 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   // the starts follow the coordinates to first order: a step of both together, as in multiple shooting
   const bool follow = local.window_at.size() == x.size() && local.window_response.size() == windows.size();
   const Eigen::VectorXd way = follow ? Eigen::VectorXd(x - local.window_at) : Eigen::VectorXd();
-  if (!follow) local.window_response.assign(windows.size(), {});
+  if (!follow) {
+    local.window_response.assign(windows.size(), {});
+    local.run_response.resize(0, 0);
+  } else if (local.run_response.size() > 0) {
+    const Eigen::VectorXd along = local.run_response * way;
+    for (int a = 0; a < 4; ++a) {
+      local.offset_m[a] += along[a];
+      local.drift_m[a] += along[4 + a];
+    }
+  }
   local.window_at = x;
   MachineState<double> led_to;
   double ring_speed[2] = {0.0, 0.0};  // where the windows so far led; at rest in the beginning
@@ -383,6 +392,12 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     const Ldlt factor(own);
     const Eigen::VectorXd solved = factor.solve(own_b);
     const Eigen::MatrixXd between = run_h.topRightCorner(g, r);
+    if (g > 0) {
+      local.run_response = Eigen::MatrixXd::Zero(r, p);
+      local.run_response(Eigen::all, moved_coordinates) = -factor.solveColumns(between.transpose());
+      for (const int k : moved_coordinates)
+        if (x[k] + steps_[k] > space_.coordinates()[k].upper) local.run_response.col(k) *= -1.0;
+    }
     normal.h(moved_coordinates, moved_coordinates) = run_h.topLeftCorner(g, g) - between * factor.solveColumns(between.transpose());
     normal.g(moved_coordinates) = run_g.head(g) - between * solved;
     chi2 -= std::min(std::max(0.0, own_b.dot(solved)), 0.5 * chi2);

@@ -227,6 +227,29 @@ TEST(WindowsTest, AShiftOfASensorIsFoundAsItsOffset) {
   }
 }
 
+TEST(WindowsTest, OffsetsFollowTheCoordinates) {
+  // A model that lacks an offset of the bearing puts it into the sensors': were these to stay, a step towards the truth would
+  // be judged with them, ten times worse than where it came from, and no fit would take it.
+  const MadeSet& set = madeSet(2700099, "auxiliary_bearing_misalignment", 0.0, true, {"rub_1", "drop_1"});
+  const std::vector<Recording> recordings = {beginningOf(set.recordings.at(set.indexOf("drop_1")), 4000)};
+  Model without = set.truth();
+  ASSERT_EQ(without.effects.size(), 1u);
+  const EffectSetting hidden = without.effects[0];
+  without.effects.clear();
+  const FitSpace there(without, {hidden}), space(without, {{hidden.id, {0.0, 0.0, 0.0, 0.0}}});
+  const FitProblem problem(recordings, space, set.offset_std_m);
+  std::vector<LocalState> local(1);
+  EvaluationOptions options;
+  options.window_passes = 3;
+  double before = 0.0;
+  for (int pass = 0; pass < 4; ++pass) before = problem.evaluate(space.start(), {0}, local, options).chi2;
+  const double stepped = problem.evaluate(there.start(), {0}, local, options).chi2;
+  double settled = 0.0;
+  for (int pass = 0; pass < 4; ++pass) settled = problem.evaluate(there.start(), {0}, local, options).chi2;
+  ASSERT_LT(settled, 0.8 * before) << "the truth is better";
+  EXPECT_LT(stepped, settled + 0.5 * (before - settled)) << "the step is a first-order one, and gains most of it at once";
+}
+
 TEST(WindowsTest, ANewtonStepLeadsBackToTheStiffnessOfTheBearing) {
   const MadeSet& set = madeSet(21, "none", 0.0, true);
   const FitSpace space(set.dataset.belief, {});

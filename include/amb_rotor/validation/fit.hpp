@@ -53,6 +53,7 @@ struct LocalState {
   double run_in_s = 0.0;                 ///< the longest that one of them has needed
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
   std::vector<Eigen::MatrixXd> window_response;    ///< how it moves with the coordinates, about those of the start
+  Eigen::MatrixXd run_response;                    ///< how offsets, then drifts, move with them: a window begins at both
   Eigen::VectorXd window_at;                       ///< the coordinates that the starts belong to
   double offset_m[4] = {0, 0, 0, 0}, drift_m[4] = {0, 0, 0, 0};  ///< drift: over the whole run
 };
