@@ -21,15 +21,14 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   AMB_ROTOR_CHECK(flow.outputs() == rows && flow.inputs() >= end_inputs,
                   "four outputs and two forces an end");
   for (auto& table : table_) table = flow.emptyTable();
-  own_ = flow.emptyTable();
   const int size = flow.size(), modes = flow.modes();
   own_real_.setZero(modes);
   own_imaginary_.setZero(modes);
   span_real_.setZero(modes);
   span_imaginary_.setZero(modes);
   moved_.setZero(std::max(size, rows));
-  for (auto& k : kept_) k.setZero(rows);
-  for (auto& d : drift_) d.setZero(rows);
+  kept_.setZero();
+  parts_.setZero(3 * rows);
   free_.setZero((points + 1) * rows);
   w_.setZero((points + 1) * rows);
   start_w_.setZero(rows);
@@ -38,7 +37,6 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   pushed_.setZero(flow.inputs() - end_inputs);
   before_ = w_;
   guards_.setZero(points * ends);
-  start_guards_.setZero(ends);
   const Eigen::MatrixXd& c = flow.outputMatrix();
   const int zeros = size - 2 * modes;
   speed_weight_.setZero(ends, modes);
@@ -67,8 +65,8 @@ void ContactFlow::setDrive(const Drive& drive) {
   rest_output_ = c * drive_.rest + drive_.place;
   rest_outputs_ = c * drive_.rest_by;
   decay_outputs_ = c * drive_.decay_by;
-  kept_[1] = c * drive_.cosine;
-  kept_[2] = c * drive_.sine;
+  kept_.col(1) = c * drive_.cosine;
+  kept_.col(2) = c * drive_.sine;
   rest_now_ = drive_.rest;
   drift_now_ = drive_.drift;
   decay_now_.setZero(flow_.size());
@@ -76,6 +74,7 @@ void ContactFlow::setDrive(const Drive& drive) {
 
 void ContactFlow::begin(double angle, const double* held, const double* excess, const Pushes* pushes) {
   angle_ = angle;
+  phase_.time = -1.0;
   pushes_ = pushes;
   if (pushes == nullptr) u_.tail((flow_.inputs() - end_inputs) * points).setZero();
   const Eigen::Map<const Eigen::VectorXd> hold(held, drive_.rest_by.cols()),
@@ -83,21 +82,21 @@ void ContactFlow::begin(double angle, const double* held, const double* excess, 
   rest_now_ = drive_.rest;
   product(drive_.rest_by.data(), flow_.size(), hold.size(), held, rest_now_.data(), true);
   product(drive_.decay_by.data(), flow_.size(), over.size(), excess, decay_now_.data(), false);
-  kept_[0] = rest_output_;
-  kept_[0].noalias() += rest_outputs_ * hold;
-  kept_[3].noalias() = decay_outputs_ * over;
+  kept_.col(0) = rest_output_;
+  kept_.col(0).noalias() += rest_outputs_ * hold;
+  kept_.col(3).noalias() = decay_outputs_ * over;
   const int zeros = static_cast<int>(drive_.drift.size());
   if (zeros == 0) return;
   const Eigen::MatrixXd& c = flow_.outputMatrix();
   drift_now_ = drive_.drift;
   drift_now_.noalias() += drive_.drift_by * hold;
-  drift_[0].noalias() = c.rightCols(zeros) * drift_now_;
+  kept_.col(4).noalias() = c.rightCols(zeros) * drift_now_;
   for (int o = 0; o < c.rows(); ++o) {
     double sum = 0.0;
     for (int i = 0; i < zeros; ++i)
       for (int j = 0; j < zeros; ++j)
         sum += c(o, 2 * flow_.modes() + i) * flow_.chain()(i, j) * drift_now_[j];
-    drift_[1][o] = 0.5 * sum;
+    kept_(o, 5) = 0.5 * sum;
   }
 }
 
@@ -107,10 +106,31 @@ const LinearFlow::Table& ContactFlow::ladder(int level) {
   return table;
 }
 
+/// A step of a length of its own.
+const LinearFlow::Table& ContactFlow::ownTable(double h) {
+  for (int i = 0; i < kept_own; ++i)
+    if (std::abs(table_[levels + i].h - h) <= 1e-15) return table_[levels + i];
+  LinearFlow::Table& table = table_[levels + next_own_];
+  next_own_ = (next_own_ + 1) % kept_own;
+  flow_.build(h, table);
+  return table;
+}
+
+ContactFlow::Phase ContactFlow::phaseOf(double time) const {
+  const double angle = angle_ + drive_.speed * time;
+  return {time, std::cos(angle), std::sin(angle), drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0};
+}
+
+/// Kept: a step begins where the last one ended, and is taken again where it does not do.
+const ContactFlow::Phase& ContactFlow::phaseAt(double time) {
+  if (phase_.time != time) phase_ = phaseOf(time);
+  return phase_;
+}
+
 void ContactFlow::keptUp(double time, double* w) const {
-  const double angle = angle_ + drive_.speed * time, c = std::cos(angle), s = std::sin(angle),
-               d = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
-  for (int o = 0; o < rows; ++o) w[o] = kept_[0][o] + c * kept_[1][o] + s * kept_[2][o] + d * kept_[3][o];
+  const Phase now = phaseOf(time);
+  for (int o = 0; o < rows; ++o)
+    w[o] = kept_(o, 0) + now.cosine * kept_(o, 1) + now.sine * kept_(o, 2) + now.decay * kept_(o, 3);
 }
 
 void ContactFlow::outputs(const double* s, double* w) const {
@@ -118,15 +138,13 @@ void ContactFlow::outputs(const double* s, double* w) const {
 }
 
 void ContactFlow::whole(double time, const Eigen::VectorXd& own, Eigen::VectorXd& out) const {
-  const double angle = angle_ + drive_.speed * time,
-               d = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
-  out = own + rest_now_ + std::cos(angle) * drive_.cosine + std::sin(angle) * drive_.sine + d * decay_now_;
+  const Phase now = phaseOf(time);
+  out = own + rest_now_ + now.cosine * drive_.cosine + now.sine * drive_.sine + now.decay * decay_now_;
 }
 
 void ContactFlow::own(double time, const Eigen::VectorXd& whole, Eigen::VectorXd& out) const {
-  const double angle = angle_ + drive_.speed * time,
-               d = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
-  out = whole - rest_now_ - std::cos(angle) * drive_.cosine - std::sin(angle) * drive_.sine - d * decay_now_;
+  const Phase now = phaseOf(time);
+  out = whole - rest_now_ - now.cosine * drive_.cosine - now.sine * drive_.sine - now.decay * decay_now_;
 }
 
 double ContactFlow::guard(int end, const double* w, int mode, double* u) const {
@@ -167,7 +185,7 @@ void ContactFlow::speedBounds(const double* s, double horizon, double bound[ends
       }
     }
     if (zeros > 0) bound[end] += std::hypot(speed[0], speed[1]) + horizon * std::hypot(change[0], change[1]);
-    for (int k = 1; k < 4; ++k) bound[end] += std::hypot(kept_[k][vx], kept_[k][vx + 1]);
+    for (int k = 1; k < 4; ++k) bound[end] += std::hypot(kept_(vx, k), kept_(vx + 1, k));
   }
 }
 
@@ -266,55 +284,61 @@ double ContactFlow::newton(int end, const double* w, double t, double g) const {
   return t - depth * distance / (at[0] * at[2] + at[1] * at[3]);
 }
 
-bool ContactFlow::findEvent(double h, const int* mode, int& event_end, double& low, double& low_guard,
-                            double& high, double& high_guard) {
+/// Looks at the nodes and the end; what was there before the first is asked only where it matters.
+bool ContactFlow::findEvent(double time, double h, const double* s, const int* mode, Change& change) {
   const double* x = LinearFlow::abscissae();
   double unused[2];
-  for (int e = 0; e < ends; ++e) start_guards_[e] = std::max(0.0, guard(e, start_w_.data(), mode[e], unused));
+  const auto guardAt = [&](int i, int e) {
+    return mode[e] != 0 && i < points ? guards_[i * ends + e] : guard(e, &w_[i * rows], mode[e], unused);
+  };
   for (int i = 0; i <= points; ++i) {
     for (int e = 0; e < ends; ++e) {
-      const double* w = &w_[i * rows];
-      const double g = mode[e] != 0 && i < points ? guards_[i * ends + e] : guard(e, w, mode[e], unused);
-      if (g < -threshold()) {
-        event_end = e;
-        low = i > 0 ? x[i - 1] * h : 0.0;
-        low_guard = start_guards_[e];
-        high = (i < points ? x[i] : 1.0) * h;
-        high_guard = g;
-        return true;
+      change.high_guard = guardAt(i, e);
+      if (!(change.high_guard < -threshold())) continue;
+      change.end = e;
+      change.high = (i < points ? x[i] : 1.0) * h;
+      if (i > 0) {
+        change.low = x[i - 1] * h;
+        change.low_guard = guardAt(i - 1, e);
+      } else {
+        double kept[rows];
+        outputs(s, start_w_.data());
+        keptUp(time, kept);
+        for (int o = 0; o < rows; ++o) start_w_[o] += kept[o];
+        change.low_guard = guard(e, start_w_.data(), mode[e], unused);
       }
-    }
-    for (int e = 0; e < ends; ++e) {
-      const double* w = &w_[i * rows];
-      start_guards_[e] =
-          std::max(0.0, mode[e] != 0 && i < points ? guards_[i * ends + e] : guard(e, w, mode[e], unused));
+      change.low_guard = std::max(0.0, change.low_guard);
+      return true;
     }
   }
   return false;
 }
 
-/// Repeats a step up to the event; true: own_ and u_ hold it.
-bool ContactFlow::toEvent(double time, const double* s, const int* mode, int end, double low,
-                          double low_guard, double high, double high_guard) {
+/// Repeats a step up to the event: the table of that part, whose forces are in u_; null: it cannot be solved.
+const LinearFlow::Table* ContactFlow::toEvent(double time, const double* s, const int* mode, Change change) {
   double unused[2];
-  double t = low + (high - low) * low_guard / (low_guard - high_guard);
+  const auto between = [&] {
+    return change.low + (change.high - change.low) * change.low_guard / (change.low_guard - change.high_guard);
+  };
+  double t = between();
+  const LinearFlow::Table* part = nullptr;
   for (int pass = 0; pass < 30; ++pass) {
-    if (!(t > 0.0)) t = 0.5 * high;
-    own_.h = -1.0;
-    flow_.build(t, own_);
-    if (!solve(own_, time, s, mode)) return false;
-    const double g = guard(end, &w_[points * rows], mode[end], unused);
-    if (std::abs(g) <= threshold() || high - low < 1e-15) return true;
-    const double next = newton(end, &w_[points * rows], t, g);
+    if (!(t > 0.0)) t = 0.5 * change.high;
+    part = &ownTable(t);
+    if (!solve(*part, time, s, mode)) return nullptr;
+    const double* at = &w_[points * rows];
+    const double g = guard(change.end, at, mode[change.end], unused);
+    if (std::abs(g) <= threshold() || change.high - change.low < 1e-15) return part;
+    const double next = newton(change.end, at, t, g);
     if (g > 0.0) {
-      low = t, low_guard = g;
+      change.low = t, change.low_guard = g;
     } else {
-      high = t, high_guard = g;
+      change.high = t, change.high_guard = g;
     }
-    t = next > low && next < high ? next : low + (high - low) * low_guard / (low_guard - high_guard);
-    if (pass > 6 && pass % 3 == 0) t = 0.5 * (low + high);
+    t = next > change.low && next < change.high ? next : between();
+    if (pass > 6 && pass % 3 == 0) t = 0.5 * (change.low + change.high);
   }
-  return true;
+  return part;
 }
 
 IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, const Observer& onEvent) {
@@ -344,9 +368,8 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
       continue;
     }
     const double left = length - time, rung = options_.longest_step / (1 << level_);
-    const bool own = rung > left + 1e-15;
-    if (own && std::abs(own_.h - left) > 1e-15) flow_.build(left, own_);
-    const LinearFlow::Table& table = own ? own_ : ladder(level_);
+    const bool last = rung > left + 1e-15;
+    const LinearFlow::Table& table = last ? ownTable(left) : ladder(level_);
     const double h = table.h;
     const bool solved = solve(table, time, s, mode);
     const double size = solved ? error(table) : 2.0;
@@ -365,37 +388,32 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
       }
       continue;
     }
-    outputs(s, start_w_.data());
-    {
-      double w[rows];
-      keptUp(time, w);
-      for (int o = 0; o < rows; ++o) start_w_[o] += w[o];
-    }
-    double low = 0.0, low_guard = 0.0, high = 0.0, high_guard = 0.0;
-    if (findEvent(h, mode, end, low, low_guard, high, high_guard)) {
+    Change change;
+    if (findEvent(time, h, s, mode, change)) {
       last_h_ = h;
       last_u_ = u_;
       last_ended_ = false;
-      if (high > 1e-13) {
-        if (!toEvent(time, s, mode, end, low, low_guard, high, high_guard))
-          return IntegrationStatus::step_too_small;
-        take(own_, mode, s);
-        time += own_.h;
+      if (change.high > 1e-13) {
+        const LinearFlow::Table* const part = toEvent(time, s, mode, change);
+        if (part == nullptr) return IntegrationStatus::step_too_small;
+        take(*part, mode, s);
+        time += part->h;
         ++statistics_.steps;
       }
       ++events;
-      changed(end);
+      changed(change.end);
       continue;
     }
     take(table, mode, s);
-    time = own ? length : time + h;
+    phase_ = phaseAt(time).turned(turnOf(table), points, h);
+    time = phase_.time = last ? length : time + h;
     ++statistics_.steps;
     if (fresh_) first_level_ = level_;
     fresh_ = false;
     last_h_ = h;
     last_u_ = u_;
     last_ended_ = true;
-    if (!own && level_ > 0 && size < grow_below) --level_;
+    if (!last && level_ > 0 && size < grow_below) --level_;
   }
   for (int i = 0; i < flow_.size(); ++i)
     if (!std::isfinite(s[i])) return IntegrationStatus::not_finite;

@@ -34,9 +34,17 @@ void ContactFlow::pushAtNodes(const LinearFlow::Table& table, double time) {
   free_.noalias() += table.forced.rightCols(others * points) * u_.tail(others * points);
 }
 
+/// The last step's polynomial at this one's nodes: kept, as steps of a length follow each other.
+void ContactFlow::weighGuess(double begin, double stretch) {
+  if (begin == guess_begin_ && stretch == guess_stretch_) return;
+  guess_begin_ = begin;
+  guess_stretch_ = stretch;
+  for (int i = 0; i < points; ++i) LinearFlow::interpolation(begin + LinearFlow::abscissae()[i] * stretch, guess_weight_[i]);
+}
+
 void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
-  const double* x = LinearFlow::abscissae();
   u_.head(end_inputs * points).setZero();
+  if (last_h_ > 0.0) weighGuess((last_ended_ ? 1.0 : 0.0), table.h / last_h_);
   for (int e = 0; e < ends; ++e) {
     if (mode[e] == 0) continue;
     for (int i = 0; i < points; ++i) {
@@ -46,12 +54,10 @@ void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
         contacts_.force(e, &free_[i * rows + per_end * e], u, none);
         continue;
       }
-      double weight[points];
-      LinearFlow::interpolation((last_ended_ ? 1.0 : 0.0) + x[i] * table.h / last_h_, weight);
       for (int j = 0; j < points; ++j) {
         const double* last = &last_u_[LinearFlow::column(2 * e, j)];
-        u[0] += weight[j] * last[0];
-        u[1] += weight[j] * last[1];
+        u[0] += guess_weight_[i][j] * last[0];
+        u[1] += guess_weight_[i][j] * last[1];
       }
     }
   }
@@ -69,7 +75,7 @@ void ContactFlow::push(const LinearFlow::Table& table, const int* mode) {
 /// How far the drive's angle and decay get to the nodes and the end of a step: kept, as each step of the ladder is taken
 /// over and over.
 const ContactFlow::Turn& ContactFlow::turnOf(const LinearFlow::Table& table) {
-  Turn& turn = turn_[&table == &own_ ? levels : &table - table_];
+  Turn& turn = turn_[&table - table_];
   if (turn.h == table.h) return turn;
   const double* x = LinearFlow::abscissae();
   turn.h = table.h;
@@ -86,15 +92,12 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
   const double* x = LinearFlow::abscissae();
   product(table.free.data(), table.free.rows(), flow_.size(), s, free_.data(), false);
   const Turn& turn = turnOf(table);
-  const double angle = angle_ + drive_.speed * time, c0 = std::cos(angle), s0 = std::sin(angle),
-               d0 = drive_.rate > 0.0 ? std::exp(-drive_.rate * time) : 0.0;
+  const Phase& begun = phaseAt(time);
   for (int i = 0; i <= points; ++i) {
     const double t = (i < points ? x[i] : 1.0) * table.h;
-    const double c = c0 * turn.cosine[i] - s0 * turn.sine[i], s_now = s0 * turn.cosine[i] + c0 * turn.sine[i],
-                 d = d0 * turn.decay[i];
-    for (int o = 0; o < rows; ++o)
-      free_[i * rows + o] += kept_[0][o] + c * kept_[1][o] + s_now * kept_[2][o] + d * kept_[3][o] +
-                             t * (drift_[0][o] + t * drift_[1][o]);
+    const Phase now = begun.turned(turn, i, t);
+    const double share[kept_columns] = {1.0, now.cosine, now.sine, now.decay, t, t * t};
+    product(kept_.data(), rows, kept_columns, share, &free_[i * rows], true);
   }
   if (pushes_ != nullptr) pushAtNodes(table, time);
   guess(table, mode);
@@ -231,32 +234,17 @@ void ContactFlow::correct() {
 }
 
 double ContactFlow::error(const LinearFlow::Table& table) {
-  static constexpr double weight[points] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-                                            0.17392742256872693};
-  const double* x = LinearFlow::abscissae();
-  const Outputs top = table.top * u_;
-  // means and highest Legendre components of the forces, and what they would move if they were constant
-  Outputs by_mean = Outputs::Zero(), by_third = Outputs::Zero();
-  for (int input = 0; input < 2 * ends; ++input) {
-    double mean = 0.0, third = 0.0;
-    for (int j = 0; j < points; ++j) {
-      const double t = 2.0 * x[j] - 1.0, u = u_[LinearFlow::column(input, j)];
-      mean += weight[j] * u;
-      third += 7.0 * weight[j] * 0.5 * t * (5.0 * t * t - 3.0) * u;
-    }
-    const Eigen::Map<const Outputs> k(table.steady.col(input).data());
-    by_mean += k * mean;
-    by_third += k * third;
-  }
+  product(table.parts, u_, parts_);
+  const double *top = parts_.data(), *by_mean = top + rows, *by_third = by_mean + rows;
   double most = 0.0;
   for (int o = 0; o < rows; ++o) {
     const bool length = o % per_end < 2;
     const double scale =
         std::max(length ? options_.length_scale : options_.speed_scale, std::abs(w_[points * rows + o]));
-    const double rough = std::abs(by_mean[o]) > 0.0 ? by_third[o] * by_third[o] / std::abs(by_mean[o]) : 0.0;
+    const double mean = std::abs(by_mean[o]), third = std::abs(by_third[o]);
     // a component that is larger than the mean leaves nothing to square
-    most = std::max(most,
-                    std::max(std::abs(top[o]), roughness * std::min(rough, std::abs(by_third[o]))) / scale);
+    const double rough = third < mean ? third * third / mean : mean > 0.0 ? third : 0.0;
+    most = std::max(most, std::max(std::abs(top[o]), roughness * rough) / scale);
   }
   return most / options_.tolerance;
 }

@@ -16,6 +16,7 @@ void byColumns(const double* a, Eigen::Index rows, Eigen::Index columns, const d
 
 DenseProduct best() {
 #if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && denseProductAvx512() != nullptr) return denseProductAvx512();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && denseProductAvx2() != nullptr)
     return denseProductAvx2();
 #endif

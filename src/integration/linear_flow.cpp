@@ -29,7 +29,8 @@ struct Gauss {
   double weight[flow_nodes] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                0.17392742256872693};
   double lagrange[flow_nodes][flow_nodes];  ///< L_j(x) = sum_p lagrange[j][p] x^p
-  double top[flow_nodes][flow_nodes];       ///< part of the values that is the highest Legendre polynomial
+  double top[flow_nodes];                   ///< coefficient of the highest Legendre polynomial, of the values
+  double top_value[flow_nodes];             ///< that polynomial
   Gauss() {
     Eigen::Matrix<double, flow_nodes, flow_nodes> powers;
     for (int i = 0; i < flow_nodes; ++i)
@@ -41,9 +42,10 @@ struct Gauss {
       const double t = 2.0 * at - 1.0;
       return 0.5 * t * (5.0 * t * t - 3.0);
     };
-    for (int i = 0; i < flow_nodes; ++i)
-      for (int j = 0; j < flow_nodes; ++j)
-        top[i][j] = legendre(x[i]) * legendre(x[j]) * weight[j] * (2 * (flow_nodes - 1) + 1);
+    for (int i = 0; i < flow_nodes; ++i) {
+      top_value[i] = legendre(x[i]);
+      top[i] = top_value[i] * weight[i] * (2 * (flow_nodes - 1) + 1);
+    }
   }
 };
 const Gauss gauss_rule;
@@ -411,8 +413,7 @@ LinearFlow::Table LinearFlow::emptyTable() const {
   t.free.setZero((flow_nodes + 1) * outputs(), size());
   t.forced.setZero((flow_nodes + 1) * outputs(), inputs() * flow_nodes);
   t.response.setZero(size(), inputs() * flow_nodes);
-  t.top.setZero(outputs(), inputs() * flow_nodes);
-  t.steady.setZero(outputs(), inputs());
+  t.parts.setZero(3 * outputs(), inputs() * flow_nodes);
   return t;
 }
 
@@ -478,17 +479,20 @@ void LinearFlow::build(double h, Table& table) const {
       }
     }
   }
-  table.steady.setZero();
   for (int i = 0; i < inputs(); ++i)
-    for (int j = 0; j < flow_nodes; ++j) table.steady.col(i) += table.forced.col(column(i, j)).tail(rows);
-  for (int i = 0; i < inputs(); ++i)
-    for (int j = 0; j < flow_nodes; ++j)
-      for (int o = 0; o < rows; ++o) {
-        double value = 0.0;
-        for (int l = 0; l < flow_nodes; ++l)
-          value += table.forced(flow_nodes * rows + o, column(i, l)) * gauss_rule.top[l][j];
-        table.top(o, column(i, j)) = value;
+    for (int o = 0; o < rows; ++o) {
+      double constant = 0.0, highest = 0.0;
+      for (int j = 0; j < flow_nodes; ++j) {
+        const double response = table.forced(flow_nodes * rows + o, column(i, j));
+        constant += response;
+        highest += response * gauss_rule.top_value[j];
       }
+      for (int j = 0; j < flow_nodes; ++j) {
+        table.parts(o, column(i, j)) = highest * gauss_rule.top[j];
+        table.parts(rows + o, column(i, j)) = constant * gauss_rule.weight[j];
+        table.parts(2 * rows + o, column(i, j)) = constant * gauss_rule.top[j];
+      }
+    }
 }
 
 }  // namespace amb_rotor

@@ -102,6 +102,17 @@ class ContactFlow {
     double cosine[points + 1], sine[points + 1], decay[points + 1];
   };
   const Turn& turnOf(const LinearFlow::Table& table);
+  /// Of the drive at a time since the start.
+  struct Phase {
+    double time = -1.0, cosine = 1.0, sine = 0.0, decay = 1.0;
+    Phase turned(const Turn& by, int point, double later) const {
+      return {time + later, cosine * by.cosine[point] - sine * by.sine[point],
+              sine * by.cosine[point] + cosine * by.sine[point], decay * by.decay[point]};
+    }
+  };
+  Phase phaseOf(double time) const;
+  const Phase& phaseAt(double time);
+  void weighGuess(double begin, double stretch);
   void evaluate();
   bool stillFits(const LinearFlow::Table& table) const;
   void linearise(const LinearFlow::Table& table);
@@ -110,10 +121,14 @@ class ContactFlow {
   double error(const LinearFlow::Table& table);
   void take(const LinearFlow::Table& table, const int* mode, double* s);
   double newton(int end, const double* w, double t, double g) const;
-  bool findEvent(double h, const int* mode, int& end, double& low, double& low_guard, double& high,
-                 double& high_guard);
-  bool toEvent(double time, const double* s, const int* mode, int end, double low, double low_guard,
-               double high, double high_guard);
+  /// Where in a step an end's guard becomes negative: between two looks (times into the step, and guards there).
+  struct Change {
+    int end = -1;
+    double low = 0.0, low_guard = 0.0, high = 0.0, high_guard = 0.0;
+  };
+  bool findEvent(double time, double h, const double* s, const int* mode, Change& change);
+  const LinearFlow::Table* toEvent(double time, const double* s, const int* mode, Change change);
+  const LinearFlow::Table& ownTable(double h);
 
   const LinearFlow& flow_;
   const EndContacts& contacts_;
@@ -125,16 +140,21 @@ class ContactFlow {
   Eigen::VectorXd rest_now_, drift_now_, decay_now_;  ///< of the values of this interval
   Eigen::MatrixXd rest_outputs_, decay_outputs_;      ///< of rest_by, decay_by
   Eigen::VectorXd rest_output_;
-  LinearFlow::Table table_[levels], own_;
-  Turn turn_[levels + 1];  ///< of the ladder's steps, and of own_
+  static constexpr int kept_own = 4;          ///< lengths to the instants of a period come again
+  LinearFlow::Table table_[levels + kept_own];  ///< of the ladder's steps, then of lengths of their own
+  Turn turn_[levels + kept_own];
+  int next_own_ = 0;
+  Phase phase_;
+  double guess_begin_ = -1.0, guess_stretch_ = 0.0, guess_weight_[points][points];
   int level_ = 4, first_level_ = 4;
   bool fresh_ = false;
   Eigen::VectorXd own_real_, own_imaginary_, span_real_, span_imaginary_, moved_;
   double span_ = -1.0;                  ///< that span_real_ belongs to
   Eigen::MatrixXd speed_weight_;        ///< per end and mode
   std::vector<int> growing_;            ///< modes
-  Eigen::VectorXd kept_[4], drift_[2];  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2
-  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, start_guards_, pushed_;
+  static constexpr int kept_columns = 6;
+  Eigen::Matrix<double, rows, kept_columns> kept_;  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2
+  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, pushed_, parts_;
   static constexpr int most_unknowns = LinearFlow::nodes * ends;
   EndContacts::Normal normal_[most_unknowns];                 ///< of the last evaluation, per node and end
   double direction_[most_unknowns][2] = {};                   ///< of displacement

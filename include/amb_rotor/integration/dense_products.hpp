@@ -19,6 +19,7 @@ inline void addProduct(const Eigen::MatrixXd& a, const Eigen::VectorXd& x, Eigen
 /// One function a set; product() takes the best that runs.
 using DenseProduct = void (*)(const double*, Eigen::Index, Eigen::Index, const double*, double*, bool);
 DenseProduct denseProductBaseline();
-DenseProduct denseProductAvx2();  ///< null: not in this build
+DenseProduct denseProductAvx2();    ///< null: not in this build
+DenseProduct denseProductAvx512();  ///< likewise
 
 }  // namespace amb_rotor

@@ -71,8 +71,8 @@ class LinearFlow {
     Eigen::MatrixXd free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
     Eigen::MatrixXd forced;    ///< the same from u: (nodes + 1) outputs x inputs nodes
     Eigen::MatrixXd response;  ///< s at the end from u: size x inputs nodes
-    Eigen::MatrixXd steady;    ///< outputs at the end from constant u: outputs x inputs
-    Eigen::MatrixXd top;       ///< outputs at the end from the highest Legendre polynomial in u
+    Eigen::MatrixXd parts;     ///< outputs at the end from parts of u, 3 outputs x inputs nodes: from its highest Legendre
+                               ///< polynomial, from its mean, and from that polynomial's coefficient as if it were constant
   };
   /// Column of u for an input at a node: inputs in pairs (one end's x, y), node by node.
   static int column(int input, int node) { return (input / 2 * nodes + node) * 2 + input % 2; }
