@@ -20,21 +20,27 @@ void strip(const double* at, Eigen::Index rows, Eigen::Index columns, const doub
            bool add) {
   constexpr int side_by_side = (chains + packs - 1) / packs;
   __m512d sum[side_by_side][packs];
+#pragma GCC unroll 8
   for (int k = 0; k < side_by_side; ++k)
+#pragma GCC unroll 8
     for (int i = 0; i < packs; ++i) sum[k][i] = _mm512_setzero_pd();
   const auto column = [&](__m512d* into, double value) {
     const __m512d factor = _mm512_set1_pd(value);
+#pragma GCC unroll 8
     for (int i = 0; i + 1 < packs; ++i) into[i] = _mm512_fmadd_pd(_mm512_loadu_pd(at + 8 * i), factor, into[i]);
     into[packs - 1] = _mm512_fmadd_pd(_mm512_maskz_loadu_pd(last, at + 8 * (packs - 1)), factor, into[packs - 1]);
     at += rows;
   };
   Eigen::Index c = 0;
   for (; c + side_by_side <= columns; c += side_by_side)
+#pragma GCC unroll 8
     for (int k = 0; k < side_by_side; ++k) column(sum[k], x[c + k]);
   for (; c < columns; ++c) column(sum[0], x[c]);
+#pragma GCC unroll 8
   for (int i = 0; i < packs; ++i) {
     const __mmask8 mask = i + 1 < packs ? __mmask8(0xff) : last;
     __m512d all = add ? _mm512_maskz_loadu_pd(mask, y + 8 * i) : _mm512_setzero_pd();
+#pragma GCC unroll 8
     for (int k = 0; k < side_by_side; ++k) all = _mm512_add_pd(all, sum[k][i]);
     _mm512_mask_storeu_pd(y + 8 * i, mask, all);
   }
