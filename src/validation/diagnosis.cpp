@@ -36,6 +36,8 @@ constexpr int fresh_rounds = 2;
 constexpr int contact_iterations = 12;
 /// Of everything together at most.
 constexpr int joint_iterations = 15;
+/// Candidates of a step that are refitted with everything, where those before do not keep their place.
+constexpr int most_refits = 3;
 /// Of what the adopted effects leave above the floor a law may leave so much to stand in their place: where they leave
 /// structure, and where they leave little.
 constexpr double law_share = 0.8, doubtful_law_share = 0.5;
@@ -72,6 +74,7 @@ class Diagnoser {
   bool earns(const Trial& trial) const;
   bool bornOut(const CandidateErrors& before, const CandidateErrors& after) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
+  const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
   bool withdraw(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
@@ -356,6 +359,31 @@ void Diagnoser::standBy(Diagnosis& out) {
   errors_ = out.baseline;
 }
 
+/// The first that earns its place and keeps it when everything is refitted: what was judged on some windows, or with the
+/// rest where it was, may be worth less than it promised. Null: none does.
+const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out) {
+  const Trial stood = joint_;
+  const CandidateErrors before = errors_;
+  const Settings had = adopted_;
+  const auto steps = out.steps;
+  int tried = 0;
+  for (const Trial& t : trials) {
+    if (tried == most_refits) break;
+    if (!earns(t)) continue;
+    ++tried;
+    progress(share - 0.02, "refit with " + t.effect);
+    out.steps.push_back({t.effect, {}, {}});
+    adopt(t.effects(), t, out);
+    if (bornOut(before, errors_)) return &t;
+    joint_ = stood;
+    errors_ = before;
+    adopted_ = had;
+    out.steps = steps;
+    if (steps.empty()) notBorneOut(out.ranking, t.effect);
+  }
+  return nullptr;
+}
+
 /// Two effects that only help together.
 bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out) {
   std::vector<PairTrial> pairs = tryPairs(candidates_, trials, adopted_, references_, [&](const std::string& names) {
@@ -390,25 +418,11 @@ Diagnosis Diagnoser::run() {
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     const std::vector<Trial> trials = screen(from, to);
     if (step == 0) rank(trials, out);
-    const auto chosen = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return earns(t); });
-    if (chosen == trials.end()) {
+    const Trial* const chosen = adoptBest(trials, to, out);
+    if (chosen == nullptr) {
       if (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, out)) break;
       if (clean()) break;
       continue;
-    }
-    progress(to - 0.02, "refit with " + chosen->effect);
-    const Trial stood = joint_;
-    const CandidateErrors before = errors_;
-    const Settings had = adopted_;
-    const auto steps = out.steps;
-    out.steps.push_back({chosen->effect, {}, {}});
-    adopt(chosen->effects(), *chosen, out);
-    if (step > 0 && !bornOut(before, errors_)) {  // refitted with all the rest it is worth less than it promised
-      joint_ = stood;
-      errors_ = before;
-      adopted_ = had;
-      out.steps = steps;
-      break;
     }
     if (step == 0) proposeExperiments(candidates_, trials, chosen->effect, out);
     if (step == 0)

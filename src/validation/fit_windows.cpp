@@ -80,6 +80,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     windows.push_back({first, std::min(first + length, rec.samples)});
   if (!windows.empty()) windows.back().last = rec.samples;
   if (local.window_start.size() != windows.size()) local.window_start.assign(windows.size(), {});
+  if (local.window_ring.size() != windows.size()) local.window_ring.assign(windows.size(), {});
   // the starts follow the coordinates to first order: a step of both together, as in multiple shooting
   const bool follow = local.window_at.size() == x.size() && local.window_response.size() == windows.size();
   const Eigen::VectorXd way = follow ? Eigen::VectorXd(x - local.window_at) : Eigen::VectorXd();
@@ -124,10 +125,14 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     MachineState<double>& kept = local.window_start[number];
     const bool fresh = static_cast<int>(kept.mechanics.size()) != mechanics;
     MachineState<double> start = kept, guess = kept;
-    const auto ringFollows = [&](MachineState<double>& state) {
-      if (ring >= 0) std::copy(ring_speed, ring_speed + 2, state.mechanics.begin() + ring);
+    const auto ringFollows = [&](MachineState<double>& state, const std::array<double, 2>& beyond = {}) {
+      for (int e = 0; e < 2 && ring >= 0; ++e) state.mechanics[ring + e] = ring_speed[e] + beyond[e];
     };
-    if (!fresh) ringFollows(guess);
+    std::array<double, 2>& ring_beyond = local.window_ring[number];
+    if (!fresh) {
+      ringFollows(guess);
+      ringFollows(start, ring_beyond);
+    }
     const auto scaleOf = [&](int k, const Scales& scales) {
       if (k >= free_states + 4) return scales.current / ki;
       if (k >= free_states) return scales.current;
@@ -254,7 +259,10 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       bool finite = true;
       for (const double v : followed.mechanics) finite = finite && std::isfinite(v);
       if (finite) guess = start = followed;
-      if (finite) ringFollows(guess);
+      if (finite) {
+        ringFollows(guess);
+        ringFollows(start, ring_beyond);
+      }
     }
     // moves the start to where it fits best from `guess`, the run's unknowns held; its squares
     const auto refine = [&]() {
@@ -372,6 +380,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     count += residuals;
     // the linear step is taken next time where it is small; the state that this window leads to goes on from here
     kept = gain < linear_share * window_squares ? moved(start, solved) : start;
+    for (int e = 0; e < 2 && ring >= 0; ++e) ring_beyond[e] = kept.mechanics[ring + e] - ring_speed[e];
     led_to = end_state;
     if (ring >= 0) std::copy_n(end_state.mechanics.begin() + ring, 2, ring_speed);
     if (options.keep_prediction)

@@ -34,6 +34,12 @@ void order(std::vector<Candidate>& ranking) {
   markConfounded(ranking);
 }
 
+void notBorneOut(std::vector<Candidate>& ranking, const std::string& effect) {
+  for (auto& c : ranking)
+    if (c.effect == effect) c.borne_out = false;
+  order(ranking);
+}
+
 void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew) {
   for (auto& c : ranking)
     if (c.effect == anew.effect && anew.evidence > c.evidence) c = anew;

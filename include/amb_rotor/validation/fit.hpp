@@ -52,6 +52,7 @@ struct LocalState {
   int evaluations = 0;                   ///< without contact, so far
   double run_in_s = 0.0;                 ///< the longest that one of them has needed
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
+  std::vector<std::array<double, 2>> window_ring;  ///< rings' speeds beyond those that the window before led to [rad/s]
   std::vector<Eigen::MatrixXd> window_response;    ///< how it moves with the coordinates, about those of the start
   Eigen::MatrixXd run_response;                    ///< how offsets, then drifts, move with them: a window begins at both
   Eigen::VectorXd window_at;                       ///< the coordinates that the starts belong to

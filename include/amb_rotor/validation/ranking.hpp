@@ -19,6 +19,9 @@ void markConfounded(std::vector<Candidate>& ranking);
 /// What the runs to validate bear out first, then by evidence; names twins.
 void order(std::vector<Candidate>& ranking);
 
+/// A candidate that the runs to validate did not bear out after all stands behind those that they do.
+void notBorneOut(std::vector<Candidate>& ranking, const std::string& effect);
+
 /// A candidate of the ranking that was valued anew counts where its evidence has grown; order and twins follow.
 void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew);
 
