@@ -304,9 +304,13 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   std::stable_sort(trials.begin(), trials.end(), order);
   // some of the windows tell candidates far apart; rivals are fitted through all of them
   std::vector<Trial*> rivals;
+  int contenders = 0;  // also those that all windows tell of already, as a ring's
   for (auto& t : trials)
-    if (t.usable() && t.stride > 1 && t.evidence > in_reach * std::max(trials[0].evidence, 0.0)) rivals.push_back(&t);
-  if (rivals.size() > 1 || (rivals.size() == 1 && trials[0].evidence < plain_evidence))
+    if (t.usable() && t.evidence > in_reach * std::max(trials[0].evidence, 0.0)) {
+      ++contenders;
+      if (t.stride > 1) rivals.push_back(&t);
+    }
+  if (contenders > 1 || trials[0].evidence < plain_evidence)
     for (Trial* t : rivals) {
       tell(t->effect + " through all windows");
       goOn(*t, {Through::contact, round_iterations});
