@@ -215,6 +215,10 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       std::vector<LocalState> trial_local = local;
       EvaluationOptions trial_options = evaluation;
       trial_options.jacobian = (windows || options.frozen != nullptr) && attempt == 0;
+      if (options.thorough_first && attempt > 0) {  // a step may fail for windows that the way there has thrown off
+        trial_options.thorough = true;
+        trial_options.window_passes = options.first_window_passes;
+      }
       NormalEquations trial = problem.evaluate(x, which, trial_local, trial_options);
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {
@@ -227,7 +231,8 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         if (trial_options.jacobian) {
           now = std::move(trial);
         } else if (go_on || options.covariance) {
-          now = problem.evaluate(x, which, local, evaluation);
+          trial_options.jacobian = true;
+          now = problem.evaluate(x, which, local, trial_options);
           chi2 = now.chi2 + penalty(x);
         } else {
           now.chi2 = trial.chi2;

@@ -185,6 +185,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     Eigen::VectorXd b;
     double window_squares = 0.0;
     MachineState<double> end_state;
+    std::vector<MachineState<double>> ends;  // of the columns of the start, where a ring goes on from there
     const auto linearise = [&](const MachineState<double>& at, bool with_coordinates) {
       const int columns = (with_coordinates ? g : 0) + w;
       std::vector<LaneJob> jobs;
@@ -206,6 +207,8 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       outs.resize(width * jobs.size());
       for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
       jobs[0].end = &end_state;
+      if (ring >= 0) ends.resize(w);
+      for (std::size_t k = 0; k < ends.size(); ++k) jobs[jobs.size() - w + k].end = &ends[k];
       predict(stretch, jobs);
       for (const auto& job : jobs)
         if (!job.finite) return false;
@@ -379,10 +382,15 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     squares += std::max(window_squares - gain, score_floor);
     count += residuals;
     // the linear step is taken next time where it is small; the state that this window leads to goes on from here
-    kept = gain < linear_share * window_squares ? moved(start, solved) : start;
-    for (int e = 0; e < 2 && ring >= 0; ++e) ring_beyond[e] = kept.mechanics[ring + e] - ring_speed[e];
+    const bool moves = gain < linear_share * window_squares;
+    kept = moves ? moved(start, solved) : start;
+    for (int e = 0; e < 2 && ring >= 0; ++e) {
+      ring_beyond[e] = kept.mechanics[ring + e] - ring_speed[e];
+      const double led = ring_speed[e] = end_state.mechanics[ring + e];
+      for (int k = 0; k < w && moves; ++k)  // as from the moved start: the next window must not count that as its own
+        ring_speed[e] += (ends[k].mechanics[ring + e] - led) / scaleOf(k, steps_of_start) * solved[k];
+    }
     led_to = end_state;
-    if (ring >= 0) std::copy_n(end_state.mechanics.begin() + ring, 2, ring_speed);
     if (options.keep_prediction)
       for (long i = 0; i < n; ++i)
         for (int c = 0; c < predicted_channels; ++c)
