@@ -113,6 +113,38 @@ void scaleStart(EffectSetting& effect, double share) {
   }
 }
 
+/// Decay [1/s] and torque [N m] that slow the runs of constant speed down as their pulses show: W' = -c W - T/Ip, least squares
+/// over the runs, neither below 0. Nothing: the pulses do not show it.
+std::vector<double> dragOfPulses(const Model& belief, const std::vector<Recording>& recordings) {
+  constexpr double significant = 5.0;         // standard deviations of a run's deceleration
+  constexpr double least_edge_std_s = 1e-7;  // of pulses on a ramp of two samples
+  const double inertia = belief.rig.rotor.polar_inertia_kg_m2;
+  double ss = 0.0, s1 = 0.0, n = 0.0, sd = 0.0, d1 = 0.0;
+  bool seen = false;
+  for (const auto& rec : recordings) {
+    if (rec.path != nullptr || rec.standstill || rec.holdsContact() || rec.pulses.state != TachoState::turning) continue;
+    const SpeedFit fit = fitSpeed(rec.pulses, 0, true, least_edge_std_s);
+    if (!fit.valid || !(fit.acceleration_std > 0.0)) continue;
+    const double speed = fit.speed + 0.5 * fit.acceleration * rec.duration(), weight = 1.0 / (fit.acceleration_std * fit.acceleration_std), slowed = -fit.acceleration;
+    seen = seen || slowed > significant * fit.acceleration_std;
+    ss += weight * speed * speed;
+    s1 += weight * speed;
+    n += weight;
+    sd += weight * speed * slowed;
+    d1 += weight * slowed;
+  }
+  if (!seen) return {};
+  const double det = ss * n - s1 * s1;
+  double decay = sd / ss, constant = 0.0;
+  if (inertia > 0.0 && det > 1e-9 * ss * n) {
+    decay = (sd * n - d1 * s1) / det;
+    constant = (ss * d1 - s1 * sd) / det;
+    if (constant < 0.0) decay = sd / ss, constant = 0.0;
+    if (decay < 0.0) decay = 0.0, constant = d1 / n;
+  }
+  return {std::max(decay, 0.0), std::max(constant, 0.0) * std::max(inertia, 0.0)};
+}
+
 /// Share of the believed contact stiffness below which the contact counts as softened by what carries it.
 constexpr double much_softer = 0.5;
 
@@ -171,6 +203,10 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     std::vector<std::vector<double>> out;
     for (double share : {0.02, 0.1, 0.3, 0.8}) out.push_back({share * rig.rotor.transverse_inertia_kg_m2});
     return out;
+  }
+  if (effect == "spin_drag") {  // turns that are lost are out of reach from none
+    const auto drag = dragOfPulses(belief, recordings);
+    return {drag.empty() ? neutral : drag};
   }
   if (effect == "cross_coupled_stiffness") return {with({0.0, 100.0, 1.0, 0.0})};
   if (effect == "foundation_resonance") {

@@ -45,6 +45,40 @@ std::vector<std::vector<double>> starts(const std::string& effect, const Model& 
   return out;
 }
 
+/// A run of 0.8 s whose shaft slows down from a speed by W' = -decay W - constant.
+Recording slowing(double speed_rad_s, double decay_per_s, double constant_rad_s2) {
+  Recording rec = recording(RunKind::steady, false);
+  rec.samples = 8000;
+  rec.pulses.state = TachoState::turning;
+  constexpr double step_s = 1e-6;
+  double angle = 0.0, speed = speed_rad_s;
+  for (long i = 0; i < 800000; ++i) {
+    const double before = angle, half = speed - 0.5 * step_s * (decay_per_s * speed + constant_rad_s2);
+    angle += half * step_s;
+    speed -= step_s * (decay_per_s * half + constant_rad_s2);
+    const double turns = std::floor(angle / two_pi);
+    if (turns <= std::floor(before / two_pi)) continue;
+    rec.pulses.time.push_back((i + (two_pi * turns - before) / (angle - before)) * step_s);
+    rec.pulses.turn.push_back(static_cast<long>(turns) - 1);
+  }
+  return rec;
+}
+
+TEST(StartingValuesTest, DragStartsWhereThePulsesSlowDown) {
+  // 9 % of the speed are lost and with them three turns: from no drag at all a fit does not come there
+  constexpr double decay = 0.07, constant = 20.0;
+  const Model rig = belief();
+  const auto found = starts("spin_drag", rig, {slowing(300.0, decay, constant), slowing(600.0, decay, constant)});
+  ASSERT_EQ(found.size(), 1u);
+  // a parabola through the angle of a decay takes its mean rate, to the square of what is lost
+  EXPECT_NEAR(found[0][0], decay, 0.03 * decay);
+  EXPECT_NEAR(found[0][1], constant * rig.rig.rotor.polar_inertia_kg_m2, 0.03 * constant * rig.rig.rotor.polar_inertia_kg_m2);
+  const auto steady = starts("spin_drag", rig, {slowing(300.0, 0.0, 0.0)});
+  ASSERT_EQ(steady.size(), 1u);
+  EXPECT_EQ(steady[0][0], 0.0);
+  EXPECT_EQ(steady[0][1], 0.0);
+}
+
 TEST(StartingValuesTest, EveryEffectStartsInsideItsLimits) {
   const std::vector<Recording> all = {recording(RunKind::steady, false), recording(RunKind::drop, false)};
   int effects = 0;
