@@ -20,7 +20,7 @@ if(core_sources)
   add_library(amb_rotor_core SHARED ${core_sources})
   set(core_scope PUBLIC)
   amb_rotor_warnings(amb_rotor_core)
-  target_compile_options(amb_rotor_core PRIVATE -O3)  # a tenth faster through contact than -O2
+  target_compile_options(amb_rotor_core PRIVATE -O3)  # unrolls loops over ends, axes and nodes
   amb_rotor_unity(amb_rotor_core 8 ${core_sources})
   # half a minute each: side by side, on two cores
   set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/common/linear_algebra.cpp"

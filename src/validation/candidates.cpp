@@ -123,7 +123,6 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     state.angle_searches = 0;
     state.evaluations = 0;
     state.window_response.clear();  // they belong to other coordinates
-    state.turning_response.resize(0, 0);
   }
   Eigen::VectorXd start = trial.space->start();
   if (nuisance != nullptr) start.head(nuisance->size()) = *nuisance;

@@ -110,7 +110,6 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
     const Recording& rec = recordings_[which[i]];
     LocalState& state = local[which[i]];
     AMB_ROTOR_CHECK(frozen == 0 || !rec.holdsContact(), "frozen columns are of recordings without contact");
-    if (!rec.holdsContact()) turnWith(x, rec, state);
     parts[i] = rec.holdsContact() ? evaluateWindows(x, touching, columns, rec, state, options, own[i])
                                   : evaluateFree(free, columns, rec, state, options, own[i]);
   });

@@ -44,23 +44,6 @@ double sumOfSquares(const Recording& rec, long samples, const std::vector<double
 
 }  // namespace
 
-/// The shaft's angle and speed follow the coordinates to first order: a step is else judged with those that the point
-/// before had led to.
-void FitProblem::turnWith(const Eigen::VectorXd& x, const Recording& rec, LocalState& state) const {
-  if (state.turning_at.size() == x.size() && state.turning_response.cols() == x.size()) {
-    Eigen::VectorXd way = x - state.turning_at;
-    for (int k = 0; k < space_.size(); ++k)  // was stepped downwards
-      if (state.turning_at[k] + steps_[k] > space_.coordinates()[k].upper) way[k] = -way[k];
-    const Eigen::Vector2d along = state.turning_response * way;
-    const auto within = [](double value, double std) {
-      return std::min(std::max(value, -most_clock_deviations * std), most_clock_deviations * std);
-    };
-    state.turning_rad = within(state.turning_rad + along[0], rec.angle_std_rad);
-    state.turning_rad_s = within(state.turning_rad_s + along[1], rec.speed_std_rad_s);
-  }
-  state.turning_at = x;
-}
-
 NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const std::vector<int>& moved,
                                          const Recording& rec, LocalState& local, const EvaluationOptions& options,
                                          RunResult& result) const {
@@ -227,10 +210,6 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   } else {
     normal.h(moved, moved) = gram;
     normal.g(moved) = right;
-  }
-  if (turning && g > 0) {
-    local.turning_response = Eigen::MatrixXd::Zero(2, p);
-    local.turning_response(Eigen::all, moved) = -cross.topRows(2);
   }
   if (angle) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
   if (turning) {

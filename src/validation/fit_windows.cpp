@@ -261,8 +261,8 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       const MachineState<double> followed = moved(start, local.window_response[number] * way);
       bool finite = true;
       for (const double v : followed.mechanics) finite = finite && std::isfinite(v);
-      if (finite) guess = start = followed;
       if (finite) {
+        guess = start = followed;
         ringFollows(guess);
         ringFollows(start, ring_beyond);
       }

@@ -49,8 +49,6 @@ struct LocalState {
   int angle_searches = 0;                ///< over the whole turn, so far
   double angle_rad = 0.0;                ///< at standstill
   double turning_rad = 0.0, turning_rad_s = 0.0;  ///< added to angle (at Recording::first_turns_s) and constant speed
-  Eigen::MatrixXd turning_response;      ///< how both move with the coordinates
-  Eigen::VectorXd turning_at;            ///< the coordinates that they belong to
   int evaluations = 0;                   ///< without contact, so far
   double run_in_s = 0.0;                 ///< the longest that one of them has needed
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
@@ -112,7 +110,6 @@ class FitProblem {
                                   const Recording& rec, LocalState& local, const EvaluationOptions& options,
                                   RunResult& result) const;
   bool dependsOnAngle(const Model& model) const;
-  void turnWith(const Eigen::VectorXd& x, const Recording& rec, LocalState& state) const;
 
   const std::vector<Recording>& recordings_;
   const FitSpace& space_;
