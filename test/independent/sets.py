@@ -123,9 +123,10 @@ def spin(run, effects, polar):
     return np.array([[0.0, w]])
 
 
-def record(simulator, block, effects, run, angle, disturbance=None, free_step=1e-5, contact_step=1e-6):
-    """(channels, tacho) of one run: channels as Simulator.run gives them."""
+def record(simulator, block, effects, run, angle, disturbance=None, free_step=1e-5, contact_step=1e-6, extra=None):
+    """(channels, tacho) of one run: channels as Simulator.run gives them. extra: further parameters of the program."""
     parameters, unbalances = driver.machine(block, effects)
+    parameters.update(extra or {})
     knots = spin(run, effects, parameters["polar_inertia"])
     fine = contact_step if run["kind"] in ("rub", "drop") else free_step
     # a loop of 20/s is e^-20 of its start; a foundation, a weakly damped loop say more
@@ -155,9 +156,9 @@ def raise_bursts(simulator, block, effects, runs, reach=1.15):
 
 
 def write(folder, name, block, truth, nuisance, recordings, runs, noise_um=0.4, noise_A=None, resolution=None,
-          floor=None):
+          floor=None, more=None):
     """Writes the set; `block` is the belief. recordings: [(channels, tacho)] in the order of runs. resolution
-    (um, A) rounds; without it every digit is kept."""
+    (um, A) rounds; without it every digit is kept. more: further keys of truth.yaml."""
     folder = pathlib.Path(folder)
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     channels = {"tacho": {"meaning": "one pulse a turn", "threshold": 0.5}}
@@ -195,7 +196,8 @@ def write(folder, name, block, truth, nuisance, recordings, runs, noise_um=0.4, 
     listed_truth = [{"effect": e["effect"],
                      "parameters": {n: {"value": v, "unit": "1"} for n, v in e["parameters"].items()}} for e in truth]
     (folder / "truth.yaml").write_text(yaml.safe_dump(
-        {"format": "amb-truth/1", "effects": listed_truth, "nuisance": nuisance, "floor": floor or {}}, sort_keys=False))
+        {"format": "amb-truth/1", "effects": listed_truth, "nuisance": nuisance, "floor": floor or {}, **(more or {})},
+        sort_keys=False))
 
 
 def write_model(path, block, effects):

@@ -40,7 +40,8 @@ constexpr double kSlipSpeed = 0.01;  // [m/s] of tanh(v/0.01 m/s)
                                                           P(flex_hz) P(flex_ratio) P(shape_amb_a)            \
                                                               P(shape_amb_b) P(shape_sensor_a)               \
                                                                   P(shape_sensor_b) P(shape_aux_a)           \
-                                                                      P(shape_aux_b)
+                                                                      P(shape_aux_b) P(law_quadratic) P(law_cubic) \
+                                                                          P(law_third) P(law_third_phase) P(law_dry)
 
 struct Parameters {
 #define P(name) double name;
@@ -177,6 +178,11 @@ struct Machine {
         const double f = p.crack_depth * k * (1 + nx) / 2 * (nx * m.x + ny * m.y);
         force[0] += f * nx, force[1] += f * ny;
       }
+      // laws of no catalogue, at each bearing: -q |v| v, -c r^2 (x, y), a force three times a turn, dry friction
+      const double speed = std::hypot(m.vx, m.vy), r2 = m.x * m.x + m.y * m.y;
+      const double drag = p.law_quadratic * speed + p.law_dry / std::hypot(speed, 1e-4);
+      force[0] += -drag * m.vx - p.law_cubic * r2 * m.x + p.law_third * std::cos(3 * theta + p.law_third_phase);
+      force[1] += -drag * m.vy - p.law_cubic * r2 * m.y + p.law_third * std::sin(3 * theta + p.law_third_phase);
       bearing_push(z, shape, force[0], force[1]);
     }
     // Forces elsewhere on the shaft, against the stator.

@@ -9,8 +9,9 @@ import tempfile
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
-HELP = "diagnose blind data sets of our own: hits, false alarms, parameter errors, time"
+HELP = "diagnose blind data sets, our own or others': hits, false alarms, parameter errors, time"
 EXAMPLE = "amb bench-diagnosis --sets 30 --jobs 2 --keep out/bench"
+TRUTH_FORMAT = "amb-truth/1"
 
 CLEAN_SETS = 4   # in each round, beside every effect once, every hidden law once and
 PAIR_SETS = 6    # pairs of effects
@@ -23,6 +24,8 @@ def add_arguments(parser) -> None:
     parser.add_argument("--jobs", type=int, default=1, metavar="J", help="sets at a time (default: 1)")
     parser.add_argument("--keep", metavar="DIR",
                         help="keep sets and diagnoses here; what is there already is not done again")
+    parser.add_argument("--data", metavar="DIR",
+                        help="instead of our own: the data sets in this folder's folders that have a truth.yaml")
     parser.add_argument("--out", metavar="DIR", help="folder for the table (default: out/bench-diagnosis)")
 
 
@@ -99,7 +102,7 @@ def judge(made: dict, diagnosis: dict) -> dict:
         row[key] = last[key]
     row["baseline_error"] = diagnosis["baseline"]["validation_error"]
     floors = [floor for run, floor in made["floor"].items() if not run.startswith(("rub", "drop"))]
-    row["floor"] = sum(floors) / len(floors)
+    row["floor"] = sum(floors) / len(floors) if floors else None
     if made["verdict"] == "effect":
         best = diagnosis["ranking"][0] if ranking else {"confounded_with": []}
         row["first"] = bool(steps) and steps[0] in true
@@ -125,7 +128,7 @@ def summary(rows: list[dict]) -> dict:
     done = [row for row in rows if "verdict" in row]
     of = lambda expected: [row for row in done if row["expected"] == expected]
     single = [row for row in of("effect") if len(row["hidden"]) == 1]
-    plain = [row for row in single if row["difference"] > 2.0]
+    plain = [row for row in single if row["difference"] is None or row["difference"] > 2.0]
     pairs = [row for row in of("effect") if len(row["hidden"]) == 2]
     errors = [error for row in done for error in row["errors"].values()]
     hits = [row for row in of("effect") if row["all"]]
@@ -168,9 +171,9 @@ def table(rows: list[dict]) -> str:
             continue
         worst = max(row["errors"].items(), key=lambda item: abs(item[1]), default=None)
         lines.append(
-            f"| {row['set']} | {', '.join(row['hidden'])} | {row['difference']:.1f} | {row['verdict']} | "
+            f"| {row['set']} | {', '.join(row['hidden'])} | {_number(row['difference'], 1)} | {row['verdict']} | "
             f"{', '.join(row['steps'])} | {row['baseline_error']:.2f} | {row['validation_error']:.3f} | "
-            f"{row['floor']:.3f} | {f'{worst[0]} {worst[1]:+.1f}' if worst else ''} | {row['seconds']:.0f} |")
+            f"{_number(row['floor'], 3)} | {f'{worst[0]} {worst[1]:+.1f}' if worst else ''} | {row['seconds']:.0f} |")
     return "\n".join(lines) + "\n"
 
 
@@ -180,6 +183,49 @@ def _read(path: pathlib.Path):
 
 def _write(path: pathlib.Path, value) -> None:
     common.atomic_write(path, json.dumps(common._plain(value), indent=1) + "\n")
+
+
+def truth_of(path: pathlib.Path) -> dict:
+    """What a truth.yaml says, as `judge` takes it. What the file leaves out: an effect or none, no difference."""
+    import yaml
+    try:
+        truth = yaml.safe_load(path.read_text())
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error}") from None
+    if not isinstance(truth, dict) or truth.get("format") != TRUTH_FORMAT:
+        raise InputError(f"{path}: format must be {TRUTH_FORMAT}")
+    try:
+        effects = [{"effect": entry["effect"],
+                    "parameters": {name: float(value["value"]) for name, value in entry["parameters"].items()}}
+                   for entry in truth["effects"]]
+        return {"effects": effects, "law": truth.get("law") or "", "difference": truth.get("difference"),
+                "verdict": truth.get("verdict") or ("effect" if effects else "none"),
+                "depends_on": list(truth.get("depends_on") or []),
+                "floor": {str(run): float(value) for run, value in (truth.get("floor") or {}).items()}}
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise InputError(f"{path}: not as {TRUTH_FORMAT} has it: {type(error).__name__}: {error}") from None
+
+
+def sets_in(folder: pathlib.Path) -> list[pathlib.Path]:
+    sets = sorted(path.parent for path in folder.glob("*/truth.yaml") if (path.parent / "dataset.yaml").exists())
+    if not sets:
+        raise InputError(f"{folder}: no folder in it holds a dataset.yaml and a truth.yaml")
+    return sets
+
+
+def known_set(source: pathlib.Path, folder: pathlib.Path, threads: int, core) -> dict:
+    """Diagnoses a set that is there, unless that is done; its truth is read after the diagnosis."""
+    diagnosis = _read(folder / "diagnosis.json")
+    row = {"set": source.name, "hidden": ["?"]}
+    try:
+        if diagnosis is None:
+            dataset = core.read_dataset(str(source))
+            diagnosis, *_ = core.diagnose(dataset.belief, dataset, threads=threads)
+            folder.mkdir(parents=True, exist_ok=True)
+            _write(folder / "diagnosis.json", diagnosis)
+        return {**row, **judge(truth_of(source / "truth.yaml"), diagnosis)}
+    except InputError as error:
+        return {**row, "failure": str(error)}
 
 
 def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, core) -> dict:
@@ -209,16 +255,22 @@ def run(args) -> int:
     if args.sets < 1 or args.jobs < 1 or args.seed < 0:
         raise InputError("--sets and --jobs must be from 1, --seed from 0")
     threads = max(1, (os.cpu_count() or 1) // args.jobs)
+    source = pathlib.Path(args.data).resolve() if args.data else None
+    given = sets_in(source) if source else []
     with contextlib.ExitStack() as stack:
         keep = pathlib.Path(args.keep or stack.enter_context(tempfile.TemporaryDirectory()))
         keep.mkdir(parents=True, exist_ok=True)
-        note = keep / "bench.json"
+        note, what = keep / "bench.json", {"data": str(source)} if source else {"seed": args.seed}
         known = _read(note)
-        if known is not None and known["seed"] != args.seed:
-            raise InputError(f"{keep}: holds sets of --seed {known['seed']}")
-        _write(note, {"seed": args.seed})
+        if known is not None and known != what:
+            raise InputError(f"{keep}: holds {' '.join(f'--{key} {value}' for key, value in known.items())}")
+        _write(note, what)
+        if source:
+            work = [(known_set, path, keep / path.name) for path in given]
+        else:
+            work = [(one_set, i, args.seed, keep / f"set-{i:04d}") for i in range(args.sets)]
         pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(args.jobs))
-        jobs = [pool.submit(one_set, i, args.seed, keep / f"set-{i:04d}", threads, _core) for i in range(args.sets)]
+        jobs = [pool.submit(*call, threads, _core) for call in work]
         try:
             for job in common.progress(concurrent.futures.as_completed(jobs), "sets", total=len(jobs)):
                 job.result()

@@ -1,0 +1,94 @@
+"""The judge of `amb bench-diagnosis`, and the blind sets of the independent program that it can be given."""
+from __future__ import annotations
+
+import json
+import math
+import pathlib
+import shutil
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "independent"))
+
+import blind  # noqa: E402
+import driver  # noqa: E402
+
+_core = pytest.importorskip("amb_rotor._core")
+from amb_rotor.cli import main  # noqa: E402
+from amb_rotor.cli import bench_diagnosis  # noqa: E402
+from amb_rotor.errors import InputError  # noqa: E402
+
+TRUTH = """format: amb-truth/1
+effects: [{effect: shaft_crack, parameters: {relative_depth: {value: 0.1, unit: '1'}, phase_rad: {value: 3.1, unit: rad}}}]
+nuisance: {}
+floor: {steady_1: 1.02, drop_1: 70.0}
+"""
+
+
+def diagnosis(added="shaft_crack", phase=-3.1):
+    errors = {"validation_error": 1.0, "validation_error_free": 1.0, "validation_error_contact": None}
+    parameters = {"relative_depth": {"value": 0.11, "std": 0.005}, "phase_rad": {"value": phase, "std": 0.05}}
+    return {"verdict": "effect", "ranking": [{"effect": added, "confounded_with": []}], "seconds": 1.0,
+            "steps": [{"added": added, "parameters": parameters, **errors}], "baseline": errors,
+            "unexplained": {"depends_on": []}}
+
+
+def test_a_hit_is_counted_with_its_errors_over_the_stated_deviation(tmp_path):
+    (tmp_path / "truth.yaml").write_text(TRUTH)
+    row = bench_diagnosis.judge(bench_diagnosis.truth_of(tmp_path / "truth.yaml"), diagnosis())
+    assert row["first"] and row["all"] and row["near"]
+    assert row["errors"]["shaft_crack.relative_depth"] == pytest.approx(2.0)
+    assert row["errors"]["shaft_crack.phase_rad"] == pytest.approx((2 * math.pi - 6.2) / 0.05)  # round the turn
+    assert row["floor"] == 1.02  # of runs without contact
+    table = bench_diagnosis.summary([{"set": 0, **row}])
+    assert table["single: first"] == {"count": 1, "share": 1.0}  # without a stated difference it counts
+
+
+def test_a_miss_is_counted(tmp_path):
+    (tmp_path / "truth.yaml").write_text(TRUTH)
+    row = bench_diagnosis.judge(bench_diagnosis.truth_of(tmp_path / "truth.yaml"), diagnosis("shaft_bow"))
+    assert not (row["first"] or row["all"] or row["near"] or row["errors"])
+
+
+@pytest.mark.parametrize("text, word", [
+    ("format: amb-truth/2\n", "amb-truth/1"), ("format: [\n", "truth.yaml"), ("[]\n", "amb-truth/1"),
+    ("format: amb-truth/1\n", "effects"), ("format: amb-truth/1\neffects: [{effect: a, parameters: {b: 1}}]\n", "truth.yaml")])
+def test_a_bad_truth_is_named(text, word, tmp_path):
+    (tmp_path / "truth.yaml").write_text(text)
+    with pytest.raises(InputError, match=word):
+        bench_diagnosis.truth_of(tmp_path / "truth.yaml")
+
+
+def test_a_folder_without_sets_is_refused_and_nothing_kept(tmp_path, capsys):
+    assert main(["bench-diagnosis", "--data", str(tmp_path), "--keep", str(tmp_path / "kept")]) != 0
+    assert "truth.yaml" in capsys.readouterr().err
+    assert not (tmp_path / "kept").exists()
+
+
+def test_a_round_of_the_independent_program_hides_everything_once():
+    hidden = [blind.hidden_in(index, 1) for index in range(blind.ROUND)]
+    effects = sorted(name for kind, names in hidden if kind == "effect" for name in names)
+    assert effects == sorted(schema["id"] for schema in _core.effect_catalogue() if not schema["only_by_name"])
+    assert [kind for kind, _ in hidden].count("none") == blind.CLEAN
+    assert sorted(names[0] for kind, names in hidden if kind == "unknown") == sorted(blind.LAWS)
+    assert all(len(set(names)) == 2 for kind, names in hidden if kind == "pair")
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="no compiler")
+def test_a_blind_set_of_the_independent_program_is_diagnosed_and_judged(tmp_path, capsys):
+    index = blind.FREE.index("sensor_runout")
+    data = tmp_path / "data"
+    data.mkdir()
+    blind.make_set(3, index, driver.Simulator(tmp_path), data / "set")
+    assert "runout" not in (data / "set" / "dataset.yaml").read_text()
+    keep, out = tmp_path / "kept", tmp_path / "out"
+    command = ["bench-diagnosis", "--data", str(data), "--keep", str(keep), "--out", str(out)]
+    assert main(command) == 0
+    row = json.loads((out / "bench_diagnosis.json").read_text())["rows"][0]
+    assert row["hidden"] == ["sensor_runout"] and row["first"] and row["all"]
+    assert row["validation_error_free"] < 1.15
+    assert max(abs(error) for error in row["errors"].values()) < 5.0  # eight of them
+    before = (keep / "set" / "diagnosis.json").stat().st_mtime
+    assert main(command) == 0
+    assert (keep / "set" / "diagnosis.json").stat().st_mtime == before  # not done again
