@@ -14,6 +14,9 @@ namespace {
 /// A fit may move what is known by a share up to so many times from the belief, either way.
 constexpr double farthest_factor = 20.0;
 
+/// Of a rise, over the typical value of what rises: below it there is none to see.
+constexpr double least_rise = 1e-4;
+
 /// Absolute uncertainties; all others are relative to the believed value.
 bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad"; }
 
@@ -74,41 +77,53 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
         const double phase = fitted_[e].values[i + 1] * parameters[i + 1].harmonic;
         c.lower = -p.upper;
         c.upper = p.upper;
-        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::vector_cosine,
-                          parameters[i + 1].harmonic, i + 1});
-        coordinates_.push_back(c);
+        addSlot(place, i, Kind::vector_cosine, c, parameters[i + 1].harmonic, i + 1);
         start.push_back(value * std::cos(phase));
         c.name = schema->id + "." + parameters[i + 1].name;
-        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::vector_sine,
-                          parameters[i + 1].harmonic, i + 1});
-        coordinates_.push_back(c);
+        addSlot(place, i, Kind::vector_sine, c, parameters[i + 1].harmonic, i + 1);
         start.push_back(value * std::sin(phase));
         ++i;  // the phase went with it
         continue;
       }
-      if (p.lower > 0.0 && p.neutral >= p.upper) {
+      if (p.role == ParameterRole::rise) {
+        const double rise = value - fitted_[e].values[i + 1];
+        c.lower = std::log(least_rise * c.scale);
+        c.upper = std::log(p.upper - p.lower);
+        c.scale = 0.1;
+        addSlot(place, i, Kind::rise, c, 1, i + 1, rise < 0.0 ? -1.0 : 1.0);
+        start.push_back(std::max(c.lower, std::log(std::max(std::fabs(rise), 1e-300))));
+      } else if (p.role == ParameterRole::reciprocal) {
+        c.lower = 1.0 / p.upper;
+        c.upper = 1.0 / p.lower;
+        c.scale = 0.1 / p.typical;
+        addSlot(place, i, Kind::reciprocal, c);
+        start.push_back(1.0 / std::max(value, p.lower));
+      } else if (p.lower > 0.0 && p.neutral >= p.upper) {
         c.lower = 1.0 / std::sqrt(p.upper);
         c.upper = 1.0 / std::sqrt(p.lower);
         c.scale = 1.0 / std::sqrt(p.typical);
-        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::inverse_root, 1, -1});
-        coordinates_.push_back(c);
+        addSlot(place, i, Kind::inverse_root, c);
         start.push_back(1.0 / std::sqrt(std::max(value, p.lower)));
       } else if (p.lower > 0.0) {
         c.lower = std::log(c.lower);
         c.upper = std::log(c.upper);
         c.scale = 0.1;
-        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::logarithm, 1, -1});
-        coordinates_.push_back(c);
+        addSlot(place, i, Kind::logarithm, c);
         start.push_back(std::log(std::max(value, p.lower)));
       } else {
         if (p.role == ParameterRole::phase) c.scale = 0.2;
-        slots_.push_back({place, i, static_cast<int>(coordinates_.size()), Kind::plain, 1, -1});
-        coordinates_.push_back(c);
+        addSlot(place, i, Kind::plain, c);
         start.push_back(value);
       }
     }
   }
   start_ = Eigen::Map<Eigen::VectorXd>(start.data(), static_cast<long>(start.size()));
+}
+
+void FitSpace::addSlot(int effect, int parameter, Kind kind, const Coordinate& coordinate, int harmonic, int other,
+                       double sign) {
+  slots_.push_back({effect, parameter, size(), kind, harmonic, other, sign});
+  coordinates_.push_back(coordinate);
 }
 
 Eigen::VectorXd FitSpace::clamped(Eigen::VectorXd x) const {
@@ -125,14 +140,22 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
       case Kind::plain: v[slot.parameter] = at; break;
       case Kind::logarithm: v[slot.parameter] = std::exp(at); break;
       case Kind::inverse_root: v[slot.parameter] = 1.0 / (at * at); break;
+      case Kind::reciprocal: v[slot.parameter] = 1.0 / at; break;
+      case Kind::rise: break;  // below, when what it rises from is there
       case Kind::vector_cosine: {
         const double sine = x[slot.coordinate + 1];
         v[slot.parameter] = std::hypot(at, sine);
-        v[slot.phase_parameter] = (at != 0.0 || sine != 0.0) ? std::atan2(sine, at) / slot.harmonic : 0.0;
+        v[slot.other_parameter] = (at != 0.0 || sine != 0.0) ? std::atan2(sine, at) / slot.harmonic : 0.0;
         break;
       }
       case Kind::vector_sine: break;
     }
+  }
+  for (const Slot& slot : slots_) {
+    if (slot.effect != place || slot.kind != Kind::rise) continue;
+    const auto& p = effectCatalogue().find(fitted_[place].id)->parameters[slot.parameter];
+    const double risen = v[slot.other_parameter] + slot.sign * std::exp(x[slot.coordinate]);
+    v[slot.parameter] = std::min(std::max(risen, p.lower), p.upper);
   }
   return v;
 }
@@ -156,6 +179,23 @@ Model FitSpace::model(const Eigen::VectorXd& at) const {
       model.effects.push_back(setting);
   }
   return model;
+}
+
+int FitSpace::coordinateOf(int place, int parameter) const {
+  const auto slot = std::find_if(slots_.begin(), slots_.end(),
+                                 [&](const Slot& s) { return s.effect == place && s.parameter == parameter; });
+  AMB_ROTOR_CHECK(slot != slots_.end(), "a rise stands before what it rises from");
+  return slot->coordinate;
+}
+
+/// A standard deviation of what is fitted by a function of it: to the farther of the values one deviation to either side.
+double FitSpace::spread(Kind kind, const Coordinate& c, double x, double std) {
+  const auto at = [&](double y) {
+    if (kind == Kind::reciprocal) return 1.0 / y;
+    return kind == Kind::inverse_root ? 1.0 / (y * y) : std::exp(y);
+  };
+  const double here = at(x);
+  return std::max(std::fabs(at(std::min(x + std, c.upper)) - here), std::fabs(at(std::max(x - std, c.lower)) - here));
 }
 
 std::vector<FittedParameter> FitSpace::nuisanceValues(const Eigen::VectorXd& x,
@@ -185,15 +225,24 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
     const double variance = std::min(std::max(0.0, covariance(c, c)), range * range / 12.0);
     switch (slot.kind) {
       case Kind::plain: out[slot.parameter].std = std::sqrt(variance); break;
-      case Kind::logarithm: out[slot.parameter].std = v[slot.parameter] * std::sqrt(variance); break;
-      case Kind::inverse_root: out[slot.parameter].std = 2.0 * std::pow(v[slot.parameter], 1.5) * std::sqrt(variance); break;
+      case Kind::logarithm:
+      case Kind::inverse_root:
+      case Kind::reciprocal: out[slot.parameter].std = spread(slot.kind, coordinates_[c], x[c], std::sqrt(variance)); break;
+      case Kind::rise: {
+        const double own = slot.sign * spread(slot.kind, coordinates_[c], x[c], std::sqrt(variance));
+        const int from = coordinateOf(place, slot.other_parameter);
+        const double below = std::max(0.0, covariance(from, from));
+        const double together = variance > 0.0 ? covariance(c, from) / std::sqrt(variance) : 0.0;
+        out[slot.parameter].std = std::sqrt(std::max(0.0, own * own + below + 2.0 * own * together));
+        break;
+      }
       case Kind::vector_cosine: {
         const double a = std::max(v[slot.parameter], 1e-300);
         const double cs = x[c] / a, sn = x[c + 1] / a;
         const double radial = cs * cs * variance + sn * sn * covariance(c + 1, c + 1) + 2 * cs * sn * covariance(c, c + 1);
         const double across = sn * sn * variance + cs * cs * covariance(c + 1, c + 1) - 2 * cs * sn * covariance(c, c + 1);
         out[slot.parameter].std = std::sqrt(std::max(0.0, radial));
-        out[slot.phase_parameter].std =
+        out[slot.other_parameter].std =
             std::min(pi, std::sqrt(std::max(0.0, across)) / a) / slot.harmonic;
         break;
       }

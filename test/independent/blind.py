@@ -107,6 +107,8 @@ def drawn_sizes(dice, effects):
                 parameters[name] = dice.uniform(-3, 3)
             elif name.startswith("factor_"):
                 parameters[name] = 1 + (value - 1) * scale * dice.uniform(0.7, 1.3)
+            elif name == "damping_s_per_m":  # with the cases' own most drops end in dry whirl of many clearances
+                parameters[name] = value * dice.uniform(3, 10)
             elif name.startswith("shape_"):
                 parameters[name] = value * dice.uniform(0.7, 1.3)
             else:
@@ -215,6 +217,9 @@ def try_set(dice, simulator, kind, names, folder):
     runs = sets.plan(belief, duration=0.8, contact=with_contact)
     law_parameters = drawn_law(dice, law, belief)
     recorder = Recorder(dice, simulator, truth, law_parameters)
+    for run in runs:  # most rigs that do not do show it here
+        if run["kind"] == "drop":
+            recorder.check_reach(run, recorder.quiet(effects, run, 0.3, None, law_parameters)[0])
     limited_current(recorder, effects, runs)
     sets.raise_bursts(simulator, truth, effects, runs)
     recordings, noise_m, noise_A, difference = recorder.all(effects, runs)
@@ -240,7 +245,7 @@ def make_set(seed, index, simulator, folder, attempts=60):
             continue
         print(f"{folder.name}: difference {difference:.1f} times the noise without contact, {attempt + 1} rigs")
         return
-    raise SystemExit(f"{folder.name}: no rig of {attempts} carries {names}")
+    print(f"{folder.name}: not made, no rig of {attempts} carries {names}")
 
 
 def main():

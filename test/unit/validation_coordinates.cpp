@@ -100,7 +100,7 @@ TEST(FitSpaceTest, APositiveParameterGoesByItsLogarithm) {
   EXPECT_NEAR(space.model(x).effects[0].values[1], 100.0, 1e-12);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
   covariance(frequency, frequency) = 0.01 * 0.01;
-  EXPECT_NEAR(space.effectValues(0, x, covariance)[1].std, 1.0, 1e-12) << "1 % of the value";
+  EXPECT_NEAR(space.effectValues(0, x, covariance)[1].std, 100.0 * std::expm1(0.01), 1e-12) << "1 % of the value";
 }
 
 TEST(FitSpaceTest, WhatIsNeutralAtItsUpperLimitGoesByItsInverseRoot) {
@@ -112,8 +112,44 @@ TEST(FitSpaceTest, WhatIsNeutralAtItsUpperLimitGoesByItsInverseRoot) {
   EXPECT_NEAR(space.model(x).effects[0].values[0], 1e4, 1e-8);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
   covariance(corner, corner) = 1e-5 * 1e-5;
-  // f = u^-2: df = 2 f^(3/2) du = 2 * 1e6 * 1e-5
-  EXPECT_NEAR(space.effectValues(0, x, covariance)[0].std, 20.0, 1e-8);
+  // f = u^-2, one deviation lower: 2 f^(3/2) du = 2 * 1e6 * 1e-5 to first order
+  EXPECT_NEAR(space.effectValues(0, x, covariance)[0].std, std::pow(0.01 - 1e-5, -2.0) - 1e4, 1e-8);
+}
+
+TEST(FitSpaceTest, ARiseGoesByItsLogarithmAndASpeedByItsReciprocal) {
+  for (const double at_rest : {0.3, 0.02}) {  // above what slides fast, and below
+    const FitSpace space(belief(), {{"velocity_dependent_friction", {at_rest, 0.06, 0.8}}});
+    const int rise = space.nuisances(), speed = rise + 2;
+    Eigen::VectorXd x = space.start();
+    EXPECT_NEAR(x[rise], std::log(std::fabs(at_rest - 0.06)), 1e-12);
+    EXPECT_NEAR(x[speed], 1.25, 1e-12);
+    // what is seen at one speed alone stays as it is along the valley: ln(rise) - v/v_s
+    const double v = 2.5, seen = 0.06 + (at_rest - 0.06) * std::exp(-v / 0.8);
+    x[speed] -= 0.5;
+    x[rise] -= 0.5 * v;
+    const auto moved = space.model(x).effects[0].values;
+    EXPECT_NEAR(moved[1] + (moved[0] - moved[1]) * std::exp(-v / moved[2]), seen, 1e-12);
+  }
+}
+
+TEST(FitSpaceTest, ARiseKnownToAFactorDeviatesByThatFactor) {
+  const FitSpace space(belief(), {{"velocity_dependent_friction", {0.08, 0.06, 2.0}}});
+  const int rise = space.nuisances(), sliding = rise + 1, speed = rise + 2;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  covariance(rise, rise) = 1.0;
+  covariance(sliding, sliding) = 1e-3 * 1e-3;
+  covariance(speed, speed) = 0.1 * 0.1;
+  const auto values = space.effectValues(0, space.start(), covariance);
+  EXPECT_NEAR(values[0].std, std::hypot(0.02 * std::expm1(1.0), 1e-3), 1e-12) << "0.02 or e times that";
+  EXPECT_NEAR(values[1].std, 1e-3, 1e-12);
+  EXPECT_NEAR(values[2].std, 1.0 / (0.5 - 0.1) - 2.0, 1e-12);
+}
+
+TEST(FitSpaceTest, ARiseEndsAtItsParametersLimits) {
+  const FitSpace space(belief(), {{"velocity_dependent_friction", {0.08, 1.5, 2.0}}});
+  Eigen::VectorXd x = space.start();
+  x[space.nuisances()] = 5.0;
+  EXPECT_EQ(space.model(x).effects[0].values[0], 0.0) << "no negative friction";
 }
 
 TEST(FitSpaceTest, AFittedEffectReplacesTheBeliefsAndEachUnbalanceIsItsOwn) {

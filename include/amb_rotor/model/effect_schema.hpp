@@ -16,7 +16,9 @@ enum class ParameterRole {
   plain,      ///< a number of its own
   amplitude,  ///< with the phase that follows it a vector in the rotor: fitted as a cos p, a sin p
   phase,      ///< belongs to the amplitudes before it, back to the last phase
-  fixed       ///< a reference or a choice; stays at `typical` in a fit
+  fixed,      ///< a reference or a choice; stays at `typical` in a fit
+  rise,       ///< exceeds the parameter that follows it (or stays below): fitted as the logarithm of the difference
+  reciprocal  ///< acts by its reciprocal, as v in exp(-x/v): fitted as that
 };
 
 struct ParameterSchema {

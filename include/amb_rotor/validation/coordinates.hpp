@@ -6,7 +6,9 @@
 // An effect's parameters:
 // positive ones with a lower limit above 0 by their logarithm, those that are
 // neutral at their upper limit by 1/sqrt (a half-order lag's corner: the motion is linear in it next to neutral), an amplitude with its phase as a vector
-// (a cos h p, a sin h p), h the phase's harmonic, all others as they are.
+// (a cos h p, a sin h p), h the phase's harmonic, all others as they are. Where friction mu_d + (mu_s - mu_d) exp(-v/v_s) is
+// seen at one speed v alone, ln(mu_s - mu_d) - v/v_s is what the data fix: the rise goes by its logarithm, v_s by its
+// reciprocal, and the valley is straight.
 #include <Eigen/Core>
 #include <string>
 #include <vector>
@@ -44,7 +46,8 @@ class FitSpace {
   Model model(const Eigen::VectorXd& x) const;
   /// Nuisance values with their standard deviations from a covariance of the coordinates.
   std::vector<FittedParameter> nuisanceValues(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance) const;
-  /// Parameters of one fitted effect (its place in `fitted`), by error propagation to value and phase.
+  /// Parameters of one fitted effect (its place in `fitted`), by error propagation to value and phase; what is fitted by a
+  /// logarithm or a reciprocal deviates as far as the farther of its values one deviation to either side.
   std::vector<FittedParameter> effectValues(int place, const Eigen::VectorXd& x,
                                             const Eigen::MatrixXd& covariance) const;
   const std::vector<EffectSetting>& fitted() const { return fitted_; }
@@ -53,14 +56,20 @@ class FitSpace {
   int effectCoordinates() const { return size() - nuisances_; }
 
  private:
-  enum class Kind { plain, logarithm, inverse_root, vector_cosine, vector_sine };
+  enum class Kind { plain, logarithm, inverse_root, reciprocal, rise, vector_cosine, vector_sine };
   struct Slot {
     int effect, parameter, coordinate;
     Kind kind;
     int harmonic;
-    int phase_parameter;  ///< of a vector: where its phase stands
+    int other_parameter;  ///< of a vector: its phase; of a rise: what it rises from
+    double sign;          ///< of a rise
   };
   std::vector<double> values(int place, const Eigen::VectorXd& x) const;
+  void addSlot(int effect, int parameter, Kind kind, const Coordinate& coordinate, int harmonic = 1, int other = -1,
+               double sign = 1.0);
+
+  int coordinateOf(int place, int parameter) const;
+  static double spread(Kind kind, const Coordinate& coordinate, double x, double std);
 
   Model belief_;
   std::vector<EffectSetting> fitted_;
