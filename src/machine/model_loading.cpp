@@ -8,6 +8,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/model/model_reader.hpp"
+#include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "amb_rotor/rotor/reduction.hpp"
 #include "amb_rotor/rotor/rotor_geometry.hpp"
@@ -18,7 +19,6 @@ namespace {
 /// Positions at which the shapes are tabulated: linear interpolation between 401 of them is good to 1e-5 of a shape
 /// with five half waves.
 constexpr int table_size = 401;
-constexpr double mass_agreement = 0.01;
 constexpr double same_plane_m = 1e-6;
 
 ReducedRotor reducedFor(const Model& model, const FlexibleRotor& rotor) {
@@ -51,12 +51,10 @@ std::vector<double> keptPlanes(const Model& model) {
 void fillFlexibleModes(Model& model, double highest_hz) {
   if (model.rotor_model != RotorModel::flexible || !model.flexible.mass.empty()) return;
   const auto path = std::filesystem::path(model.folder) / model.rotor_geometry;
-  const FlexibleRotor rotor(loadRotorGeometry(path.string()));
+  const RotorGeometry geometry = loadRotorGeometry(path.string());
+  const FlexibleRotor rotor(geometry);
   const ReducedRotor reduced = reducedFor(model, rotor);
   const double mass = reduced.inertia.mass, tilt = reduced.inertia.transverse;
-  if (std::fabs(mass / model.rig.rotor.mass_kg - 1.0) > mass_agreement)
-    throw InputError({{path.string(), 0, "rotor.mass_kg", std::to_string(model.rig.rotor.mass_kg),
-                       "must agree with the geometry's mass, " + std::to_string(mass) + " kg, to 1 %"}});
   int n = reduced.modes;
   if (model.reduction.method == RotorReduction::Method::by_frequency) {
     n = 0;
@@ -71,7 +69,7 @@ void fillFlexibleModes(Model& model, double highest_hz) {
     scale.push_back(std::sqrt(own));
     modes.mass.push_back(own);
     modes.stiffness.push_back(k < 2 ? 0.0 : own * reduced.stiffness[k]);
-    modes.damping.push_back(k < 2 ? 0.0 : own * reduced.damping[k]);
+    modes.damping.push_back(own * (k < 2 ? geometry.damping.mass_proportional : reduced.damping[k]));
   }
   for (int k = 0; k < n; ++k)
     for (int l = 0; l < n; ++l) modes.gyroscopic.push_back(scale[k] * scale[l] * reduced.gyroscopic(k, l));
@@ -81,6 +79,9 @@ void fillFlexibleModes(Model& model, double highest_hz) {
     const auto shape = reduced.shape(z);
     for (int k = 0; k < n; ++k) modes.shape.push_back(scale[k] * shape[k]);
   }
+  std::vector<Fault> faults = checkShaft(model, effectCatalogue());
+  for (Fault& fault : faults) fault.rule += "; geometry: " + path.string();
+  if (!faults.empty()) throw InputError(faults);
 }
 
 Model loadModel(const std::string& path) {

@@ -158,7 +158,59 @@ void checkStructure(const Model& model, std::vector<Fault>& faults) {
         {"", 0, "effects.fractional_mount", "", "excludes compliant_mount; a bearing has one mount"});
 }
 
+/// What holds between the rig's numbers holds between those that effects put in their place, too.
+void checkReplaced(const Model& model, const EffectCatalogue& catalogue, std::vector<Fault>& faults) {
+  for (const EffectSetting& effect : model.effects) {
+    const EffectSchema* schema = catalogue.find(effect.id);
+    Model with = model;
+    bool any = false;
+    for (std::size_t i = 0; i < effect.values.size(); ++i) {
+      if (schema->parameters[i].replaces.empty()) continue;
+      Rig<double>::visit(with.rig, [&](const char* name, double& value) {
+        if (schema->parameters[i].replaces == name) value = effect.values[i], any = true;
+      });
+    }
+    if (!any) continue;
+    std::vector<Fault> broken;
+    checkRelations(with, broken);
+    for (const Fault& fault : broken)
+      faults.push_back({"", 0, "effects." + effect.id, "", "with it " + fault.key + " = " + fault.value + " " + fault.rule});
+  }
+}
+
 }  // namespace
+
+std::vector<Fault> checkShaft(const Model& model, const EffectCatalogue& catalogue) {
+  constexpr double mass_agreement = 0.01, tilt_agreement = 0.05;
+  constexpr double end_m = 1e-6;  // of a shaft, for round-off
+  std::vector<Fault> faults;
+  const FlexibleModes& shaft = model.flexible;
+  if (model.rotor_model != RotorModel::flexible || shaft.mass.size() < 2 || shaft.z_m.empty()) return faults;
+  const auto agrees = [&](const char* name, double value, double own, double share, const char* unit, const char* to) {
+    if (!(std::fabs(own / value - 1.0) <= share))
+      faults.push_back({"", 0, std::string("rig.rotor.") + name, numberText(value),
+                        std::string("must agree with the geometry's, ") + numberText(own) + " " + unit + ", to " + to});
+  };
+  agrees("mass_kg", model.rig.rotor.mass_kg, shaft.mass[0], mass_agreement, "kg", "1 %");
+  agrees("transverse_inertia_kg_m2", model.rig.rotor.transverse_inertia_kg_m2, shaft.mass[1], tilt_agreement, "kg m2", "5 %");
+  const auto onShaft = [&](const std::string& path, double z) {
+    if (!(z >= shaft.z_m.front() - end_m && z <= shaft.z_m.back() + end_m))
+      faults.push_back({"", 0, path, numberText(z),
+                        "must be on the shaft, from " + numberText(shaft.z_m.front()) + " to " + numberText(shaft.z_m.back()) +
+                            " m from the centre of gravity"});
+  };
+  visitRig(model.rig, [&](const std::string& path, const char* name, const double& value) {
+    if (startsWith(name, "planes.") || std::string(name) == "unbalance.plane_z_m") onShaft(path, value);
+  });
+  for (const EffectSetting& effect : model.effects) {
+    const EffectSchema* schema = catalogue.find(effect.id);
+    for (std::size_t i = 0; schema != nullptr && i < std::min(effect.values.size(), schema->parameters.size()); ++i) {
+      const std::string& name = schema->parameters[i].name;
+      if (name == "z_m" || name == "plane_z_m") onShaft("effects." + effect.id + "." + name, effect.values[i]);
+    }
+  }
+  return faults;
+}
 
 std::string FieldLimit::text() const {
   std::string rule = "must be a finite number";
@@ -256,7 +308,10 @@ std::vector<Fault> checkModel(const Model& model, const EffectCatalogue& catalog
   if (!flexible && !model.rotor_geometry.empty())
     faults.push_back({"", 0, "rotor.geometry", model.rotor_geometry, "a rigid rotor has no geometry file"});
   checkEffects(model, catalogue, skip_unreadable, faults);
+  if (faults.empty()) checkReplaced(model, catalogue, faults);
   checkStructure(model, faults);
+  const std::vector<Fault> of_shaft = checkShaft(model, catalogue);
+  faults.insert(faults.end(), of_shaft.begin(), of_shaft.end());
   return faults;
 }
 

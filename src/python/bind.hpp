@@ -6,8 +6,11 @@
 #include <pybind11/stl.h>
 
 #include <chrono>
+#include <csignal>
+#include <iterator>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -54,6 +57,28 @@ class PythonProgress {
   pybind11::object callback_;
   std::mutex mutex_;
   std::chrono::steady_clock::time_point last_{};
+};
+
+/// While it lives, Ctrl-C and SIGTERM end the process as they would end one without Python, whose own handlers wait until a call
+/// into C++ is over. For long calls in which nothing is left to tidy up. Only on the interpreter's main thread, whose
+/// handlers these are.
+class EndsAtOnce {
+ public:
+  EndsAtOnce() : on_(std::this_thread::get_id() == main_thread) {
+    for (std::size_t i = 0; on_ && i < std::size(signals); ++i) before_[i] = std::signal(signals[i], SIG_DFL);
+  }
+  ~EndsAtOnce() {
+    for (std::size_t i = 0; on_ && i < std::size(signals); ++i) std::signal(signals[i], before_[i]);
+  }
+  EndsAtOnce(const EndsAtOnce&) = delete;
+  EndsAtOnce& operator=(const EndsAtOnce&) = delete;
+
+ private:
+  using Handler = void (*)(int);
+  static constexpr int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  inline static const std::thread::id main_thread = std::this_thread::get_id();  // that of the import
+  bool on_;
+  Handler before_[std::size(signals)] = {};
 };
 
 /// @throw InputError: a flexible rotor whose modes are not there

@@ -72,6 +72,7 @@ void bindSimulate(py::module_& m) {
         Simulation simulation;
         {
           const py::gil_scoped_release release;
+          const EndsAtOnce ends;
           simulation = simulate(model, scenario, options);
         }
         return asDict(std::move(simulation));

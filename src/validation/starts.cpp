@@ -5,6 +5,7 @@
 
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/model_rules.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -67,6 +68,20 @@ double fastestWithContact(const std::vector<Recording>& recordings) {
   return with_contact > 0.0 ? with_contact : any;
 }
 
+/// What must hold between the rig's numbers (model/model_rules.hpp), where a parameter stands in place of one of them.
+void narrowToRelations(const std::string& effect, const Model& belief, double& lower, double& upper,
+                       const std::string& parameter) {
+  constexpr double beyond = 1.0 + 1e-6;  // a limit itself may not do
+  const auto& rig = belief.rig;
+  if (effect == "gyroscopic_coupling") upper = std::min(upper, 2.0 * rig.rotor.transverse_inertia_kg_m2);
+  if (belief.amb_model != AmbModel::linear) return;
+  if (effect == "magnetic_nonlinearity" && parameter == "air_gap_m")
+    lower = std::max(lower, beyond * rig.auxiliary_bearing.clearance_m);
+  if (effect == "magnetic_nonlinearity" && parameter == "bias_current_A") upper = std::min(upper, rig.amb.max_current_A);
+  if (effect == "current_saturation") lower = std::max(lower, rig.amb.bias_current_A);
+  if (effect == "control_delay") upper = std::min(upper, max_delay_samples / rig.controller.sample_rate_hz);
+}
+
 }  // namespace
 
 void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
@@ -81,6 +96,7 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
   }
   if (effect == "magnetic_saturation" && belief.rig.amb.bias_flux_density_T > 0.0)
     lower = std::max(lower, belief.rig.amb.bias_flux_density_T);  // the iron carries its bias flux
+  narrowToRelations(effect, belief, lower, upper, parameter);
   if (effect != "compliant_mount") return;
   const double mass = belief.rig.rotor.mass_kg, stiffness = belief.rig.auxiliary_bearing.stiffness_N_per_m;
   if (parameter == "stiffness_N_per_m") lower = std::max(lower, 0.01 * stiffness);

@@ -218,7 +218,8 @@ def test_gyroscopic_modes_part_into_forward_and_backward():
 
 def test_an_unstable_loop_is_said_to_be(tmp_path, capsys):
     assert cli.main(["margins", str(MODEL), "--set", "rig.controller.kd_A_s_per_m=0", "--out", str(tmp_path)]) == 1
-    assert "NOT STABLE" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "NOT STABLE" in out and "zone none" in out and "zone A" not in out
 
 
 def test_margins_campbell_and_critical_speeds(tmp_path, capsys):

@@ -172,3 +172,15 @@ def test_a_child_and_its_children_end(tmp_path):
         time.sleep(0.01)
     assert process.returncode == -signal.SIGKILL
     assert not alive(grandchild)
+
+
+@pytest.mark.parametrize("signum", [signal.SIGTERM, signal.SIGINT])
+def test_a_long_run_ends_when_it_is_told_to(signum, tmp_path):
+    root = pathlib.Path(__file__).resolve().parents[2]
+    command = [sys.executable, "-P", "-m", "amb_rotor", "simulate", str(root / "config/thesis/drop_model.yaml"),
+               "--scenario", str(root / "config/thesis/drop.yaml"), "--set", "rig.gravity_m_s2=1e9", "--out", str(tmp_path / "run.csv")]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        time.sleep(2.0)  # an impact at such a weight takes minutes
+        assert process.poll() is None
+        process.send_signal(signum)
+        assert process.wait(timeout=10.0) != 0

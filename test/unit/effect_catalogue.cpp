@@ -6,6 +6,7 @@
 
 #include "../support/models.hpp"
 #include "amb_rotor/effects/all.hpp"
+#include "amb_rotor/model/model_rules.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -129,14 +130,15 @@ TEST(EffectCatalogueTest, EveryEffectAloneChangesTheRun) {
   const auto baseline = simulate(eventfulModel(), eventful());
   ASSERT_EQ(baseline.outcome.status, RunStatus::ok);
   ASSERT_FALSE(baseline.trajectory.contacts.empty()) << "contact must occur";
-  const auto again = simulate(eventfulModel(), eventful());
-  EXPECT_EQ(difference(baseline.trajectory, again.trajectory), 0.0) << "off: bit for bit";
   for (const auto& schema : effectCatalogue().all()) {
     const auto run = simulate(with(eventfulModel(), schema.id, typicalValues(schema.id)), eventful());
     ASSERT_NE(run.outcome.status, RunStatus::integration_failed) << schema.id << run.outcome.reason;
     // a thousandfold of the integrator's own error
     EXPECT_GT(difference(baseline.trajectory, run.trajectory), 1e-9) << schema.id;
   }
+  // each has run and is off again: none has left a trace
+  const auto again = simulate(eventfulModel(), eventful());
+  EXPECT_EQ(difference(baseline.trajectory, again.trajectory), 0.0) << "off: bit for bit";
 }
 
 TEST(EffectCatalogueTest, AContactEffectLeavesAFreeRunBitForBit) {
@@ -152,6 +154,32 @@ TEST(EffectCatalogueTest, AContactEffectLeavesAFreeRunBitForBit) {
     const bool has_states =
         schema.id == "compliant_mount" || schema.id == "fractional_mount" || schema.id == "inner_ring_spin";
     EXPECT_LE(difference(baseline.trajectory, run.trajectory), has_states ? 1e-11 : 0.0) << schema.id;
+  }
+}
+
+TEST(EffectCatalogueTest, WhatStandsInPlaceOfTheRigsNumbersObeysWhatHoldsForThem) {
+  const Model model = eventfulModel();
+  const auto& rig = model.rig;
+  ASSERT_TRUE(checkModel(model, effectCatalogue()).empty());
+  const double bias = rig.amb.bias_current_A, gap = rig.amb.air_gap_m;
+  struct Case {
+    const char* effect;
+    std::vector<double> good, bad;
+    const char* rule;
+  };
+  const std::vector<Case> cases = {
+      {"gyroscopic_coupling", {1.9 * rig.rotor.transverse_inertia_kg_m2}, {2.1 * rig.rotor.transverse_inertia_kg_m2},
+       "triangle inequality"},
+      {"magnetic_nonlinearity", {bias, gap}, {bias, 0.9 * rig.auxiliary_bearing.clearance_m}, "must be below the air gap"},
+      {"magnetic_nonlinearity", {bias, gap}, {1.1 * rig.amb.max_current_A, gap}, "bias_current_A"},
+      {"current_saturation", {1.1 * bias}, {0.9 * bias}, "must be at most max_current_A"},
+      {"control_delay", {2e-4}, {21.0 / rig.controller.sample_rate_hz}, "samples"}};
+  for (const Case& one : cases) {
+    EXPECT_TRUE(checkModel(with(model, one.effect, one.good), effectCatalogue()).empty()) << one.effect;
+    const auto faults = checkModel(with(model, one.effect, one.bad), effectCatalogue());
+    ASSERT_EQ(faults.size(), 1u) << one.effect;
+    EXPECT_EQ(faults[0].key, std::string("effects.") + one.effect);
+    EXPECT_NE(faults[0].rule.find(one.rule), std::string::npos) << faults[0].rule;
   }
 }
 

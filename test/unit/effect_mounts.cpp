@@ -129,7 +129,7 @@ TEST(EffectFractionalMount, StiffnessOverTheBandIsThatOfTheLaw) {
   EXPECT_GT(worst, 1e-4) << "a fit, not the law itself: the measurement sees the difference";
 }
 
-TEST(EffectFractionalMount, GivesNoEnergyAndSettlesWhereItsSpringSays) {
+TEST(EffectFractionalMount, CreepsToWhereItsSpringSays) {
   Model model = springMass(0.0, 0.0);
   model.rig.auxiliary_bearing.damping_N_s_per_m = 3000.0;
   const double down = 400.0;

@@ -1,13 +1,19 @@
 // A flexible rotor in the machine: its modes are those of the finite elements, its slow motion that of a rigid beam.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "amb_rotor/machine/model_loading.hpp"
+#include "amb_rotor/model/overrides.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "amb_rotor/rotor/rotor_geometry.hpp"
 
@@ -137,6 +143,58 @@ TEST(FlexibleMachineTest, FirstTwoCoordinatesAreThoseOfARigidBeam) {
     EXPECT_NEAR(model.flexible.shape[i * n], 1.0, 1e-9);
     EXPECT_NEAR(model.flexible.shape[i * n + 1], model.flexible.z_m[i], 1e-9);
   }
+}
+
+TEST(FlexibleMachineTest, DampingInProportionToTheMassBrakesRigidMotionsToo) {
+  const auto folder = std::filesystem::temp_directory_path() / ("amb_rotor_flexible_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  std::stringstream text;
+  text << std::ifstream(geometry).rdbuf();
+  std::string shaft = text.str();
+  const std::string key = "modal_ratios: [0.002]";
+  ASSERT_NE(shaft.find(key), std::string::npos);
+  shaft.replace(shaft.find(key), key.size(), "mass_proportional_per_s: 7.0");
+  std::ofstream(folder / "rotor.yaml") << shaft;
+  Model model = supported();
+  model.rotor_geometry = (folder / "rotor.yaml").string();
+  fillFlexibleModes(model);
+  for (std::size_t k = 0; k < model.flexible.mass.size(); ++k)
+    EXPECT_NEAR(model.flexible.damping[k] / model.flexible.mass[k], 7.0, 1e-6) << k;
+  std::filesystem::remove_all(folder);
+}
+
+TEST(FlexibleMachineTest, WhatActsBesideTheShaftIsRefused) {
+  const auto refused = [](Model model, const std::string& word) {
+    try {
+      fillFlexibleModes(model);
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+      return true;
+    }
+    return false;
+  };
+  Model model = supported();
+  EXPECT_FALSE(refused(model, ""));
+  model.rig.planes.aux[0] = -0.3;
+  EXPECT_TRUE(refused(model, "rig.planes.aux.a"));
+  model = supported();
+  model.rig.unbalance.push_back({0.9, 1e-5, 0.0});
+  EXPECT_TRUE(refused(model, "rig.unbalance.0.plane_z_m"));
+  model = supported();
+  model.effects.push_back({"internal_damping", {10.0, 0.5}});
+  EXPECT_TRUE(refused(model, "effects.internal_damping.z_m"));
+  model = supported();
+  model.rig.rotor.transverse_inertia_kg_m2 = 0.1;
+  EXPECT_TRUE(refused(model, "rig.rotor.transverse_inertia_kg_m2"));
+}
+
+TEST(FlexibleMachineTest, AnOverrideCannotContradictTheGeometryEither) {
+  Model model = supported();
+  model.rig.auxiliary_bearing.rotor_radius_m = 0.01;
+  fillFlexibleModes(model);
+  EXPECT_NO_THROW(applyOverride(model, "rig.rotor.mass_kg=3.37", effectCatalogue()));
+  EXPECT_THROW(applyOverride(model, "rig.rotor.mass_kg=4", effectCatalogue()), InputError);
+  EXPECT_THROW(applyOverride(model, "rig.planes.sensor.b=0.5", effectCatalogue()), InputError);
 }
 
 TEST(FlexibleMachineTest, AMassThatContradictsTheGeometryIsRefused) {

@@ -6,6 +6,7 @@
 #include "amb_rotor/machine/event_stepper.hpp"
 #include "amb_rotor/machine/lane_stepper.hpp"
 #include "amb_rotor/machine/machine_impl.hpp"
+#include "amb_rotor/machine/model_loading.hpp"
 
 namespace amb_rotor {
 
@@ -273,6 +274,23 @@ TEST(MachineLanes, ForcesEndAtTheirInstantAlsoInALongStep) {
   // a leak into one stage of six would be F h/(6 m), 5e-5 m/s, and show as 1e-7 m; the amplifier's lag leaves
   // 3e-10 m
   EXPECT_LT(apart(byEvents(model, scenario), byLanes<double>({&model}, 0, scenario, 1e-4)), 1e-9);
+}
+
+TEST(MachineLanes, AFlexibleRotorHasThePlanesOfEachLane) {
+  Model near = loadModel(AMB_ROTOR_SOURCE_DIR "/config/thesis/flexible_model.yaml");
+  near.effects.push_back({"motor_magnetic_pull", {1e5, -0.1}});
+  Model far = near;
+  far.effects[0].values[1] = 0.1;
+  far.rig.planes.amb[1] = 0.08;
+  const std::vector<const Model*> models{&near, &far};
+  const Machine<BaselineLanes> lanes(models);
+  for (std::size_t lane = 0; lane < models.size(); ++lane) {
+    const Machine<double> alone({models[lane]});
+    ASSERT_EQ(alone.rotor().planes(), lanes.rotor().planes());
+    for (int p = 0; p < alone.rotor().planes(); ++p)
+      for (int k = 0; k < alone.rotor().modes(); ++k)
+        EXPECT_EQ(laneValue(lanes.rotor().shape(p, k), lane), alone.rotor().shape(p, k)) << lane << " " << p << " " << k;
+  }
 }
 
 }  // namespace

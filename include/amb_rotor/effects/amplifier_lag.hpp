@@ -11,7 +11,7 @@ struct AmplifierLag {
   static EffectSchema schema() {
     return {"amplifier_lag", "the current follows its command more slowly than believed",
             "the current channels beside the excitation (chirp, step)",
-            {parameter("bandwidth_hz", "Hz", 10.0, 1e6, 1000.0, std::nan(""), "first order")},
+            {inPlaceOf("amb.amplifier_bandwidth_hz", parameter("bandwidth_hz", "Hz", 10.0, 1e6, 1000.0, std::nan(""), "first order"))},
             false};
   }
 

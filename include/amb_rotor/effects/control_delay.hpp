@@ -11,7 +11,7 @@ namespace amb_rotor::effects {
 struct ControlDelay {
   static EffectSchema schema() {
     return {"control_delay", "a longer time from sample to command", "chirp or step",
-            {parameter("delay_s", "s", 0.0, 5e-3, 2e-4, std::nan(""), "sample to command")},
+            {inPlaceOf("controller.delay_s", parameter("delay_s", "s", 0.0, 5e-3, 2e-4, std::nan(""), "sample to command"))},
             false};
   }
 

@@ -12,7 +12,8 @@ struct CurrentSaturation {
   static EffectSchema schema() {
     return {"current_saturation", "amplifier limit below the believed one",
             "commands that reach the limit (strong excitation, critical speeds)",
-            {parameter("max_current_A", "A", 1e-3, 1e3, 3.0, std::nan(""), "limit of a coil's current")},
+            {inPlaceOf("amb.max_current_A",
+                       parameter("max_current_A", "A", 1e-3, 1e3, 3.0, std::nan(""), "limit of a coil's current"))},
             false};
   }
 

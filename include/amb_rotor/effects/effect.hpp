@@ -133,4 +133,10 @@ inline ParameterSchema parameter(const char* name, const char* unit, double lowe
   return {name, unit, lower, upper, typical, neutral, role, meaning};
 }
 
+/// A parameter that stands in place of a number of the rig (its name out of Rig::visit).
+inline ParameterSchema inPlaceOf(const char* rig_number, ParameterSchema parameter) {
+  parameter.replaces = rig_number;
+  return parameter;
+}
+
 }  // namespace amb_rotor

@@ -15,7 +15,7 @@ struct GyroscopicCoupling {
   static EffectSchema schema() {
     return {"gyroscopic_coupling", "polar inertia couples the tilting axes",
             "tilting excitation while the shaft turns",
-            {parameter("polar_inertia_kg_m2", "kg m2", 0.0, 1e3, 1e-3, 0.0, "of the rotor")},
+            {inPlaceOf("rotor.polar_inertia_kg_m2", parameter("polar_inertia_kg_m2", "kg m2", 0.0, 1e3, 1e-3, 0.0, "of the rotor"))},
             false};
   }
 

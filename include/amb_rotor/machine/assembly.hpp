@@ -118,7 +118,7 @@ class RotorAssembly final : public RotorPort<S> {
       std::vector<S> shape(n, S(0.0));
       if (flexible_modes_ > 0) {
         for (int k = 0; k < base; ++k)
-          if (!planes_[p].centre || isRigid(k)) shape[k] = tabulated(laneValue(planes_[p].z, 0), k);
+          if (!planes_[p].centre || isRigid(k)) shape[k] = tabulated(planes_[p].z, k);
       } else {
         shape[0] = S(1.0);
         if (!mass_only) shape[1] = planes_[p].z;
@@ -160,14 +160,19 @@ class RotorAssembly final : public RotorPort<S> {
   }
 
   /// Shape of a flexible mode at z, linear in the table (the table is dense: the rotor layer's shape functions).
-  S tabulated(double z, int k) const {
+  S tabulated(const S& z, int k) const {
+    S value(0.0);
+    for (std::size_t lane = 0; lane < ScalarTraits<S>::lanes; ++lane) setLane(value, lane, tabulatedAt(laneValue(z, lane), k));
+    return value;
+  }
+  double tabulatedAt(double z, int k) const {
     const auto& table = model_.flexible;
     const std::size_t n = table.mass.size();
     const auto& zs = table.z_m;
     std::size_t i = std::upper_bound(zs.begin(), zs.end(), z) - zs.begin();
     i = std::min(std::max<std::size_t>(i, 1), zs.size() - 1);
     const double share = (z - zs[i - 1]) / (zs[i] - zs[i - 1]);
-    return S((1.0 - share) * table.shape[(i - 1) * n + k] + share * table.shape[i * n + k]);
+    return (1.0 - share) * table.shape[(i - 1) * n + k] + share * table.shape[i * n + k];
   }
 
   /// Shape of an added mode at z: piecewise linear through the planes at which it is stated.

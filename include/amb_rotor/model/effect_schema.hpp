@@ -31,6 +31,7 @@ struct ParameterSchema {
   ParameterRole role;
   std::string meaning;
   int harmonic = 1;     ///< of a phase: the order of the shaft's angle that it shifts
+  std::string replaces = {};  ///< number of the rig in whose place it stands: what holds for that holds for it
 };
 
 struct EffectSchema {

@@ -45,22 +45,24 @@ def run(args) -> int:
     growth = modal.largest_growth(model, args.speed)
     frequencies = numpy.geomspace(1.0, min(2000.0, 0.98 * half_rate), 800)
     rows = modal.sensitivity(model, args.speed, frequencies)
+    stable = growth <= 1e-6
+    zone = lambda peak: modal.zone(peak) if stable else None  # noqa: E731  an unstable loop has none
     loops = []
     print(f"model {model.name} ({model.hash}) at {args.speed:g} Hz"
-          + ("" if growth <= 1e-6 else f": NOT STABLE, grows with {growth:.3g} 1/s; the figures have no meaning"))
+          + ("" if stable else f": NOT STABLE, grows with {growth:.3g} 1/s; the figures have no meaning"))
     for axis, row in zip(modal.AXES, rows):
         place = int(numpy.argmax(row))
         peak = float(row[place])
         loops.append({"axis": axis, "peak": peak, "peak_db": float(20 * numpy.log10(peak)),
-                      "frequency_hz": float(frequencies[place]), "zone": modal.zone(peak)})
+                      "frequency_hz": float(frequencies[place]), "zone": zone(peak)})
         print(f"  {axis}: {peak:6.3f} ({20 * numpy.log10(peak):5.2f} dB) at {frequencies[place]:7.1f} Hz, "
-              f"zone {modal.zone(peak)}")
+              f"zone {zone(peak) or 'none'}")
     worst = max(loop["peak"] for loop in loops)
     bearings = equivalent(model, args.speed, float(frequencies[-1]), frequencies)
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "speed_hz": args.speed,
-                             "stable": bool(growth <= 1e-6), "peak": worst, "zone": modal.zone(worst), "loops": loops,
+                             "stable": bool(stable), "peak": worst, "zone": zone(worst), "loops": loops,
                              "equivalent": bearings})
     folder = common.out_folder(args, "margins", models.stem(args.model))
     maps.equivalent(folder / "equivalent.png", model.name, bearings)
     common.report_line(maps.sensitivity(folder / "sensitivity.png", model.name, frequencies, rows))
-    return 0 if growth <= 1e-6 else 1
+    return 0 if stable else 1
