@@ -54,6 +54,9 @@ constexpr double hopeless = -40.0;
 /// A start that lacks less than this share of what an effect must have stands at the reference: it need not come nearer.
 constexpr double already_near = 0.05;
 
+/// Mean square over the noise through contact below which no model comes: each window's start is fitted.
+constexpr double lowest_floor = 0.5;
+
 /// Whether a fit through contact has taken most of what the reference leaves above the floor, where that is plain: windows
 /// with free starts have a floor below 1 that nobody knows.
 bool takesMost(const FitResult& fit, const FitResult& reference) {
@@ -63,13 +66,25 @@ bool takesMost(const FitResult& fit, const FitResult& reference) {
 
 }  // namespace
 
+double mostThroughContact(const References& references) {
+  const FitResult& fit = references.contact.fit;
+  return 0.5 * std::max(0.0, fit.chi2 - lowest_floor * fit.count);  // over a level of 1 at least
+}
+
+bool Leaders::beyondContact(const References& references) const {
+  return mostThroughContact(references) < (free_settled ? 1.0 : in_reach) * free;
+}
+
 void Leaders::add(const Trial& trial, const References& references) {
   if (!trial.usable()) return;
-  if (!needsContact(trial.effect))
-    free = std::max(free, trial.evidence);
-  else if (trial.evidence > plain_evidence && trial.fit.squares < settled_square * trial.fit.count &&
-           takesMost(trial.fit, references.of(trial).fit))
+  if (!needsContact(trial.effect)) {
+    if (trial.evidence <= free) return;
+    free = trial.evidence;
+    free_settled = free > beyond_doubt && trial.fit.squares < settled_square * trial.fit.count;
+  } else if (trial.evidence > plain_evidence && trial.fit.squares < settled_square * trial.fit.count &&
+           takesMost(trial.fit, references.of(trial).fit)) {
     through_contact = true;
+  }
 }
 
 std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& starts,
@@ -130,6 +145,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
       for (const auto& start : starts) all.emplace_back(&start, &nuisance);
     return all;
   }
+  const bool settled = leaders.settles(references);
   // where each start stands by itself says which are worth a fit
   using Seen = std::pair<double, Start>;
   const auto glance = [&](const std::vector<Start>& these, std::vector<Seen>& seen) {
@@ -137,7 +153,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
     seen.resize(before + these.size());
     tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
       FitEffort effort = {Through::contact, 0, false, true, start_stride};
-      effort.every_effect = leaders.through_contact;
+      effort.every_effect = settled;
       seen[before + i] = {fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit.chi2,
                           these[i]};
     });
@@ -147,7 +163,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   std::vector<Start> these;
   for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
   glance(these, seen);
-  if (leaders.through_contact) return {seen[0].second};
+  if (settled) return {seen[0].second};
   if (seen.size() > followed_starts) seen.resize(followed_starts);
   these.clear();
   for (const Seen& one : seen)
@@ -168,7 +184,8 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
                          const References& references, bool contact, const Leaders& leaders, bool& serious) const {
   auto followed = contact ? promisingThroughContact(starts, nuisances, references, leaders)
                           : promisingFree(starts, nuisances, references, leaders.free, serious);
-  if (contact && leaders.through_contact) {
+  const bool settled = contact && leaders.settles(references);
+  if (settled) {
     followed.resize(1);
     serious = false;
   }
@@ -176,7 +193,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
-    effort.every_effect = leaders.through_contact;
+    effort.every_effect = settled;
     if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);
@@ -241,7 +258,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     winner = std::move(more);
     value(winner, references);
   }
-  if (contact && !leaders.through_contact && winner.fit.finite && takesMost(winner.fit, references.of(winner).fit)) {
+  if (contact && !leaders.settles(references) && winner.fit.finite && takesMost(winner.fit, references.of(winner).fit)) {
     // to the end at once: where it leaves nothing, the others need less
     const Eigen::VectorXd own = winner.nuisance();
     Trial more = fit(winner.effects(), &own, winner.local, {Through::contact, round_iterations, false, true}, &references.prior);
@@ -257,7 +274,7 @@ void Candidates::value(Trial& trial, const References& references) const {
   trial.evidence = trial.excited ? evidence(trial, references.of(trial)) : -1e300;
 }
 
-void Candidates::finish(std::vector<Trial>& trials, const References& references,
+void Candidates::finish(std::vector<Trial>& trials, const References& references, const Leaders& leaders,
                         const std::function<void(const std::string&)>& tell) const {
   const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
   std::stable_sort(trials.begin(), trials.end(), order);
@@ -288,6 +305,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
     if (isNested(t.effect) && !needsContact(t.effect) && t.evidence < far_from_worth * references.worth) continue;
     if (settled && leader > beyond_doubt && t.evidence < in_reach * leader) continue;
+    if (needsContact(t.effect) && leaders.beyondContact(references)) continue;
     ++finished;
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);

@@ -48,12 +48,21 @@ struct References {
   }
 };
 
+/// The most evidence that an effect can have through contact: all that the reference leaves there above any floor.
+double mostThroughContact(const References& references);
+
 /// How far the candidates of a screening have come: what one that is tried later can still be.
 struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
+  bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
   bool through_contact = false;  ///< one leaves nothing through contact: the others are looked at once there, at some windows
 
   void add(const Trial& trial, const References& references);
+  /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
+  /// it, the next step tells.
+  bool beyondContact(const References& references) const;
+  /// Whether candidates through contact need one look only.
+  bool settles(const References& references) const { return through_contact || beyondContact(references); }
 };
 
 /// Which runs a fit takes.
@@ -108,7 +117,7 @@ class Candidates {
   Trial look(const std::string& effect, const Settings& adopted, const References& references,
              const Leaders& leaders) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
-  void finish(std::vector<Trial>& trials, const References& references,
+  void finish(std::vector<Trial>& trials, const References& references, const Leaders& leaders,
               const std::function<void(const std::string&)>& tell) const;
 
  private:

@@ -59,6 +59,7 @@ class Diagnoser {
         if (!schema.only_by_name) names_.push_back(schema.id);
     // those that take long come last, when it is known whether they may still lead
     std::stable_partition(names_.begin(), names_.end(), isNested);
+    std::stable_partition(names_.begin(), names_.end(), [](const std::string& name) { return !needsContact(name); });
   }
 
   Diagnosis run();
@@ -139,7 +140,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to) {
     trials.push_back(candidates_.look(names_[n], adopted_, references_, leaders));
     leaders.add(trials.back(), references_);
   }
-  candidates_.finish(trials, references_, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
+  candidates_.finish(trials, references_, leaders, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");
   for (auto& t : trials) {
     t.errors = errors_;  // what cannot be seen changes nothing

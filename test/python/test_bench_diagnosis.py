@@ -45,6 +45,14 @@ def test_a_hit_is_counted_with_its_errors_over_the_stated_deviation(tmp_path):
     assert table["single: first"] == {"count": 1, "share": 1.0}  # without a stated difference it counts
 
 
+def test_cross_coupling_is_compared_at_one_speed():
+    true = {"stiffness_N_per_m": 1000.0, "reference_speed_hz": 80.0, "speed_exponent": 1.5}
+    stated = 1000.0 * (100.0 / 80.0) ** 1.5
+    found = {"stiffness_N_per_m": {"value": stated, "std": 0.01 * stated}, "reference_speed_hz": {"value": 100.0, "std": 0.0},
+             "speed_exponent": {"value": 1.5, "std": 0.1}}
+    assert bench_diagnosis._errors_of("cross_coupled_stiffness", true, found)["stiffness_N_per_m"] == pytest.approx(0, abs=1e-9)
+
+
 def test_a_miss_is_counted(tmp_path):
     (tmp_path / "truth.yaml").write_text(TRUTH)
     row = bench_diagnosis.judge(bench_diagnosis.truth_of(tmp_path / "truth.yaml"), diagnosis("shaft_bow"))

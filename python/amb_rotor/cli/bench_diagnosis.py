@@ -80,7 +80,16 @@ def _mirrored(parameters: dict) -> dict:
     return turned
 
 
+def _at_its_reference(true: dict, found: dict) -> dict:
+    """The same cross-coupling q (W/W0)^n, stated at the reference speed W0 of the truth."""
+    factor = (true["reference_speed_hz"] / found["reference_speed_hz"]["value"]) ** found["speed_exponent"]["value"]
+    moved = {key: factor * found["stiffness_N_per_m"][key] for key in ("value", "std")}
+    return {**found, "stiffness_N_per_m": {**found["stiffness_N_per_m"], **moved}}
+
+
 def _errors_of(effect: str, true: dict, found: dict) -> dict[str, float]:
+    if "reference_speed_hz" in true and "reference_speed_hz" in found:
+        found = _at_its_reference(true, found)
     errors = parameter_errors(true, found)
     if effect == "shaft_bow":
         other = parameter_errors(_mirrored(true), found)
