@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import math
 import pathlib
+import re
 
 import pytest
 
@@ -220,6 +221,17 @@ def test_an_unstable_loop_is_said_to_be(tmp_path, capsys):
     assert cli.main(["margins", str(MODEL), "--set", "rig.controller.kd_A_s_per_m=0", "--out", str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "NOT STABLE" in out and "zone none" in out and "zone A" not in out
+
+
+def test_check_remarks_a_loop_that_is_sampled_too_slowly(tmp_path, capsys):
+    electric = MODEL.parent / "levitation_electric.yaml"
+    assert cli.main(["check", str(electric)]) == 0
+    assert "NOT STABLE" not in capsys.readouterr().out
+    text = electric.read_text()
+    slow = tmp_path / "slow.yaml"
+    slow.write_text(re.sub(r"sample_rate_hz: [0-9.]+", "sample_rate_hz: 800.0", text))
+    assert cli.main(["check", str(slow)]) == 0
+    assert "NOT STABLE" in capsys.readouterr().out
 
 
 def test_margins_campbell_and_critical_speeds(tmp_path, capsys):

@@ -43,12 +43,25 @@ def _check_dataset(folder: pathlib.Path) -> str:
     return f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
 
 
+def _check_model(path: pathlib.Path) -> str:
+    """What it is, and, because it is no fault of the file but seldom meant, whether it cannot levitate."""
+    from amb_rotor import _core, modal
+    model = _core.read_model(str(path))
+    effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
+    found = f"model {model.name}: {model.rotor_model}, AMB {model.amb_model}, effects: {effects}; hash {model.hash}"
+    try:
+        growth = modal.largest_growth(model, 0.0)
+    except InputError:  # some valid models have no modes
+        return found
+    if growth > 1e-6:
+        found += f"\nremark: NOT STABLE at standstill, grows with {growth:.3g} 1/s (amb modes says how)"
+    return found
+
+
 def _check_file(path: pathlib.Path, kind: str) -> str:
     from amb_rotor import _core
     if kind == "amb-model/1":
-        model = _core.read_model(str(path))
-        effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
-        return f"model {model.name}: {model.rotor_model}, AMB {model.amb_model}, effects: {effects}; hash {model.hash}"
+        return _check_model(path)
     if kind == "amb-scenario/1":
         scenario = _core.read_scenario(str(path))
         return f"scenario {scenario.name}: {scenario.duration_s:g} s"
