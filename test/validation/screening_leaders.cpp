@@ -1,0 +1,60 @@
+// When candidates through contact need one look only: what they could have against what a leader has without contact.
+#include <gtest/gtest.h>
+
+#include "../../src/validation/candidates.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Contact leaves chi2 = 4e5 over 1e5 samples: no effect can have more evidence there than half of what is above a floor
+/// of 0.5, 1.75e5.
+References afterBaseline() {
+  References references;
+  references.contact.fit.chi2 = 4e5;
+  references.contact.fit.count = 1e5;
+  return references;
+}
+
+Trial found(const char* effect, double evidence, double mean_square) {
+  Trial trial;
+  trial.effect = effect;
+  trial.fit.finite = true;
+  trial.fit.count = 1e5;
+  trial.fit.squares = mean_square * trial.fit.count;
+  trial.evidence = evidence;
+  return trial;
+}
+
+TEST(ScreeningLeaders, TheMostThatContactCanGiveIsAllAboveTheLowestFloor) {
+  EXPECT_DOUBLE_EQ(mostThroughContact(afterBaseline()), 1.75e5);
+}
+
+TEST(ScreeningLeaders, ALeaderThatLeavesNothingWithoutContactSettlesWhatCannotPassIt) {
+  for (const double evidence : {1.7e5, 1.8e5}) {
+    Leaders leaders;
+    leaders.add(found("static_load", evidence, 1.0), afterBaseline());
+    EXPECT_EQ(leaders.settles(afterBaseline()), evidence > 1.75e5) << evidence;
+  }
+}
+
+TEST(ScreeningLeaders, ALeaderThatLeavesMuchSettlesWhatCannotComeNearIt) {
+  for (const double evidence : {5.8e5, 5.9e5}) {  // 0.3 of it
+    Leaders leaders;
+    leaders.add(found("shaft_bow", evidence, 2.0), afterBaseline());
+    EXPECT_EQ(leaders.settles(afterBaseline()), 0.3 * evidence > 1.75e5) << evidence;
+  }
+}
+
+TEST(ScreeningLeaders, WhatComesSecondDoesNotUnsettleTheFirst) {
+  Leaders leaders;
+  leaders.add(found("static_load", 2e5, 1.0), afterBaseline());
+  leaders.add(found("shaft_bow", 1e5, 2.0), afterBaseline());
+  EXPECT_TRUE(leaders.settles(afterBaseline()));
+}
+
+TEST(ScreeningLeaders, WithoutALeaderContactIsLookedAtInFull) {
+  EXPECT_FALSE(Leaders{}.settles(afterBaseline()));
+}
+
+}  // namespace
+}  // namespace amb_rotor
