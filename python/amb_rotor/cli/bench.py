@@ -6,6 +6,7 @@ import math
 import os
 import pathlib
 import platform
+import re
 import shutil
 import subprocess
 import time
@@ -127,7 +128,7 @@ def _runs(program: pathlib.Path, args) -> list[dict]:
     rows = []
     for run in _google_benchmark(program, args):
         scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[run["time_unit"]]
-        name = run["run_name"]
+        name = re.sub(r"/(iterations|repeats):[0-9]+", "", run["run_name"])
         seconds = run["cpu_time"] * scale / run.get("machines", 1.0)
         rows.append({"name": name, "seconds": seconds, "error": run["error"], "calls": run["calls"],
                      "ours": name.startswith(OURS)})
