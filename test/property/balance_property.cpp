@@ -14,6 +14,7 @@ using namespace testing_support;
 struct Numbers {
   double mass = 3.36, inertia = 0.017, polar = 1e-3, gravity = 9.81, clearance = 0.2e-3, radius = 0.012;
   double contact = 3.38e7, contact_damping = 20.0, friction = 0.05;
+  double hertz = 0.0, hertz_damping = 0.1;  ///< instead, F = hertz d^1.5 (1 + hertz_damping d'), where above 0
   double mount = 2e7, mount_damping = 30.0, mount_mass = 0.07;
   double ring = 1e-5, drag = 0.0005;
   std::vector<Unbalance<double>> unbalance;
@@ -21,10 +22,13 @@ struct Numbers {
 
 /// No unbalance, and one in each of two planes: centrifugal forces of a tenth of the weight at 60 rad/s, and a weight
 /// beside the axis whose work over half a turn is 1/60 of the spin's energy.
+/// And a contact after Hertz, as stiff as the linear one at 5 um.
 std::vector<Numbers> withAndWithoutUnbalance() {
   Numbers balanced, unbalanced;
   unbalanced.unbalance = {{0.05, 1e-3, 0.3}, {-0.08, 6e-4, 2.5}};
-  return {balanced, unbalanced};
+  Numbers hertz = unbalanced;
+  hertz.hertz = hertz.contact / std::sqrt(5e-6);
+  return {balanced, unbalanced, hertz};
 }
 
 Model dropped(const Numbers& n, RotorModel rotor) {
@@ -36,6 +40,7 @@ Model dropped(const Numbers& n, RotorModel rotor) {
   model.rig.auxiliary_bearing.stiffness_N_per_m = n.contact;
   model.rig.auxiliary_bearing.damping_N_s_per_m = n.contact_damping;
   model.rig.auxiliary_bearing.friction_coefficient = n.friction;
+  if (n.hertz > 0.0) model = with(model, "hertzian_contact", {n.hertz, n.hertz_damping});
   model = with(model, "compliant_mount", {n.mount, n.mount_damping, n.mount_mass});
   return with(model, "inner_ring_spin", {n.ring, n.drag});
 }
@@ -86,6 +91,7 @@ struct Balanced final : HybridSystem {
     Observation<double> seen;
     machine.observe(inputs(), y, nullptr, seen);
     const double d = seen.contact[end].penetration;
+    if (n.hertz > 0.0) return 0.4 * n.hertz * std::pow(std::max(0.0, d), 2.5);
     return 0.5 * n.contact * d * d;
   }
   void onEvent(int end, double, double* y) override {
@@ -104,7 +110,9 @@ struct Balanced final : HybridSystem {
       const auto& c = seen.contact[end];
       const double* b = y + mountAt() + 4 * end;
       const double ring = y[ringAt() + end];
-      if (mode[end] != 0) power += n.contact_damping * c.rate * c.rate;
+      const double damping = n.hertz > 0.0 ? n.hertz * std::pow(std::max(0.0, c.penetration), 1.5) * n.hertz_damping
+                                           : n.contact_damping;
+      if (mode[end] != 0) power += damping * c.rate * c.rate;
       power -= c.friction_force * c.slip;
       power += n.mount_damping * (b[2] * b[2] + b[3] * b[3]) + n.drag * std::tanh(ring) * ring;
       torque -= n.mount_damping * (b[0] * b[3] - b[1] * b[2]) + n.drag * std::tanh(ring);
