@@ -278,7 +278,11 @@ bool Diagnoser::withdraw(Diagnosis& out) {
     const bool all = candidates_.haveContact();
     const Eigen::VectorXd own = joint_.nuisance();
     Trial without = candidates_.fit(rest, &own, joint_.local, {all ? Through::all : Through::free, 6});
-    if (candidates_.evidence(joint_, without) > least_evidence) continue;
+    if (candidates_.evidence(joint_, without) > least_evidence) {
+      // at the floor an effect must be worth its place on the runs to validate, as when it was adopted: many parameters
+      // find some evidence in the colour of the noise
+      if (!clean() || bornOut(candidates_.judge(without, all, true), errors_)) continue;
+    }
     out.withdrawn.push_back(adopted_[i].id);
     out.steps.erase(out.steps.begin() + static_cast<long>(i));
     if (i > 0) out.steps[i - 1].only_with_next = false;
