@@ -14,6 +14,8 @@ constexpr double grow_below = 0.3 / 128.0;
 /// Shortest look ahead in flight [s].
 constexpr double shortest_look_s = 5e-7;
 
+double norm(const double* at) { return std::sqrt(at[0] * at[0] + at[1] * at[1]); }
+
 }  // namespace
 
 ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, const Options& options)
@@ -37,7 +39,7 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   pushed_.setZero(flow.inputs() - end_inputs);
   before_ = w_;
   guards_.setZero(points * ends);
-  const Eigen::MatrixXd& c = flow.outputMatrix();
+  const AlignedMatrix& c = flow.outputMatrix();
   const int zeros = size - 2 * modes;
   speed_weight_.setZero(ends, modes);
   for (int e = 0; e < ends; ++e) {
@@ -48,6 +50,7 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   }
   for (int k = 0; k < modes; ++k)
     if (flow.eigenvalues()[k].real() > 0.0) growing_.push_back(k);
+  pole_size_ = flow.eigenvalues().cwiseAbs();
   Drive still;
   still.rest = still.cosine = still.sine = Eigen::VectorXd::Zero(size);
   still.drift.setZero(zeros);
@@ -61,7 +64,7 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
 void ContactFlow::setDrive(const Drive& drive) {
   drive_ = drive;
   for (Turn& turn : turn_) turn.h = -1.0;
-  const Eigen::MatrixXd& c = flow_.outputMatrix();
+  const AlignedMatrix& c = flow_.outputMatrix();
   rest_output_ = c * drive_.rest + drive_.place;
   rest_outputs_ = c * drive_.rest_by;
   decay_outputs_ = c * drive_.decay_by;
@@ -87,7 +90,7 @@ void ContactFlow::begin(double angle, const double* held, const double* excess, 
   kept_.col(3).noalias() = decay_outputs_ * over;
   const int zeros = static_cast<int>(drive_.drift.size());
   if (zeros == 0) return;
-  const Eigen::MatrixXd& c = flow_.outputMatrix();
+  const AlignedMatrix& c = flow_.outputMatrix();
   drift_now_ = drive_.drift;
   drift_now_.noalias() += drive_.drift_by * hold;
   kept_.col(4).noalias() = c.rightCols(zeros) * drift_now_;
@@ -151,7 +154,7 @@ double ContactFlow::guard(int end, const double* w, int mode, double* u) const {
   const double* at = w + per_end * end;
   u[0] = u[1] = 0.0;
   if (mode == 0) {
-    const double gap = options_.clearance - std::sqrt(at[0] * at[0] + at[1] * at[1]);
+    const double gap = options_.clearance - norm(at);
     if (gap > 0.0) return gap;
     double unused[2];
     EndContacts::Normal none;
@@ -161,32 +164,64 @@ double ContactFlow::guard(int end, const double* w, int mode, double* u) const {
   return contacts_.force(end, at, u, none);
 }
 
-void ContactFlow::speedBounds(const double* s, double horizon, double bound[ends]) const {
+void ContactFlow::bounds(const double* s, double horizon, double speed[ends], double acceleration[ends]) const {
+  using OfEnds = Eigen::Matrix<double, ends, 1>;
   const int modes = flow_.modes(), zeros = flow_.size() - 2 * modes;
-  Eigen::Matrix<double, ends, 1> sum = Eigen::Matrix<double, ends, 1>::Zero();
-  for (int k = 0; k < modes; ++k)
-    sum += speed_weight_.col(k).head<ends>() * (std::abs(s[k]) + std::abs(s[modes + k]));
-  for (int k : growing_)
-    sum += speed_weight_.col(k).head<ends>() *
-           ((std::abs(s[k]) + std::abs(s[modes + k])) * std::expm1(flow_.eigenvalues()[k].real() * horizon));
+  OfEnds fast = OfEnds::Zero(), bent = OfEnds::Zero();
+  const auto add = [&](int k, double factor) {
+    const OfEnds part = speed_weight_.col(k).head<ends>() * (factor * (std::abs(s[k]) + std::abs(s[modes + k])));
+    fast += part;
+    bent += pole_size_[k] * part;
+  };
+  for (int k = 0; k < modes; ++k) add(k, 1.0);
+  for (int k : growing_) add(k, std::expm1(flow_.eigenvalues()[k].real() * horizon));
   const double* z = s + 2 * modes;
   for (int end = 0; end < ends; ++end) {
-    bound[end] = sum[end];
+    speed[end] = fast[end];
+    acceleration[end] = bent[end];
     // a drift is even or evenly accelerated
     const int vx = per_end * end + 2;
-    double speed[2] = {0.0, 0.0}, change[2] = {0.0, 0.0};
+    double drifting[2] = {0.0, 0.0}, change[2] = {0.0, 0.0};
     for (int i = 0; i < zeros; ++i) {
       double rate = drift_now_[i];
       for (int j = 0; j < zeros; ++j) rate += flow_.chain()(i, j) * z[j];
       for (int axis = 0; axis < 2; ++axis) {
         const double c = flow_.outputMatrix()(vx + axis, 2 * modes + i);
-        speed[axis] += c * z[i];
+        drifting[axis] += c * z[i];
         change[axis] += c * rate;
       }
     }
-    if (zeros > 0) bound[end] += std::hypot(speed[0], speed[1]) + horizon * std::hypot(change[0], change[1]);
-    for (int k = 1; k < 4; ++k) bound[end] += std::hypot(kept_(vx, k), kept_(vx + 1, k));
+    if (zeros > 0) {
+      const double even = norm(change);
+      speed[end] += norm(drifting) + horizon * even;
+      acceleration[end] += even;
+    }
+    const double rates[] = {drive_.speed, drive_.speed, drive_.rate};
+    for (int k = 0; k < 3; ++k) {
+      const double part = norm(&kept_(vx, k + 1));
+      speed[end] += part;
+      acceleration[end] += std::abs(rates[k]) * part;
+    }
   }
+}
+
+/// Time within which an end stays inside, up to `most`: |x(t)| <= |x + v t| + A t^2/2 = f(t), which is convex, so that its chords
+/// to where it is outside are above it.
+double ContactFlow::staysInside(const double* at, double acceleration, double most) const {
+  constexpr int chords = 4;
+  const auto f = [&](double t) {
+    const double to[2] = {at[0] + t * at[2], at[1] + t * at[3]};
+    return norm(to) + 0.5 * acceleration * t * t;
+  };
+  double low = 0.0, f_low = norm(at), high = most, f_high = f(most);
+  if (f_high <= options_.clearance) return most;
+  for (int i = 0; i < chords && f_low < options_.clearance; ++i) {
+    low += (high - low) * (options_.clearance - f_low) / (f_high - f_low);
+    f_low = f(low);
+    const double middle = 0.5 * (low + high), f_middle = f(middle);
+    if (f_middle > options_.clearance) high = middle, f_high = f_middle;
+  }
+  return low;
 }
 
 bool ContactFlow::flight(double& time, double length, double* s, const int* mode, int& event_end) {
@@ -250,12 +285,15 @@ bool ContactFlow::flight(double& time, double length, double* s, const int* mode
       return true;
     }
     if (passed >= span) break;
-    double step = span - passed, bound[ends];
+    double step = span - passed, bound[ends], acceleration[ends];
     const double horizon = std::min(step, 1e-3);
-    speedBounds(at, horizon, bound);
+    bounds(at, horizon, bound, acceleration);
     for (int e = 0; e < ends; ++e) {
-      step = std::min(step, std::max({shortest_look_s, g[e] / bound[e], 0.0}));
-      if (g[e] < bound[e] * (span - passed)) step = std::min(step, horizon);  // the bound holds no longer
+      const double left = span - passed;
+      if (!(g[e] < bound[e] * left)) continue;
+      // the bounds hold up to the horizon
+      const double inside = std::max(g[e] / bound[e], staysInside(w + per_end * e, acceleration[e], horizon));
+      step = std::min({step, horizon, std::max(shortest_look_s, inside)});
     }
     before = passed;
     passed = std::min(span, passed + step);

@@ -109,16 +109,13 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
   for (int pass = 0; pass < flow_iterations; ++pass) {
     before_.swap(w_);
     push(table, mode);
-    double moved = 0.0, faster = 0.0;  // of all nodes and ends in contact
+    double most[per_end] = {};  // of all nodes and ends in contact
     for (int k = 0; k < unknowns_; ++k) {
       const int at = unknown_[k] / ends * rows + unknown_[k] % ends * per_end;
-      for (int o = at; o < at + 2; ++o) {
-        moved = std::max(moved, std::abs(w_[o] - before_[o]));
-        faster = std::max(faster, std::abs(w_[o + 2] - before_[o + 2]));
-      }
+      for (int o = 0; o < per_end; ++o) most[o] = std::max(most[o], std::abs(w_[at + o] - before_[at + o]));
     }
-    const double change =
-        std::max(moved / options_.length_scale, faster / options_.speed_scale) / options_.tolerance;
+    const double change = std::max(std::max(most[0], most[1]) / options_.length_scale,
+                                   std::max(most[2], most[3]) / options_.speed_scale) / options_.tolerance;
     if (pass > 0) {
       if (!std::isfinite(change)) return false;
       if (pass > 1 && previous > converged) {  // below that it is round-off that changes
@@ -135,8 +132,14 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
     }
     previous = change;
     evaluate();
-    if (pass == 0 && !stillFits(table)) linearise(table);
-    correct();
+    const bool anew = pass == 0 && !stillFits(table);
+    if (unknowns_ == points) {  // one end
+      if (anew) linearise<points>(table);
+      correct<points>();
+    } else if (unknowns_ == most_unknowns) {
+      if (anew) linearise<most_unknowns>(table);
+      correct<most_unknowns>();
+    }
   }
   return false;
 }
@@ -170,60 +173,66 @@ bool ContactFlow::stillFits(const LinearFlow::Table& table) const {
 
 /// N_i = k_i n_i.x_i + c_i n_i.v_i + ..., x_i and v_i moved by all u_j = -N_j e_j (e: the normal, turned by
 /// the friction's share): factors of the matrix of N - k n.x(N) - c n.v(N).
+template <int count>
 void ContactFlow::linearise(const LinearFlow::Table& table) {
   double turned[most_unknowns][2];
-  for (int l = 0; l < unknowns_; ++l) {
+  for (int l = 0; l < count; ++l) {
     const int j = unknown_[l] / ends, f = unknown_[l] % ends;
     const double* u = &evaluated_[LinearFlow::column(2 * f, j)];
     const double inverse = normal_[l].force != 0.0 ? -1.0 / normal_[l].force : 0.0;
     turned[l][0] = inverse != 0.0 ? u[0] * inverse : direction_[l][0];
     turned[l][1] = inverse != 0.0 ? u[1] * inverse : direction_[l][1];
   }
-  for (int k = 0; k < unknowns_; ++k) {
-    const int i = unknown_[k] / ends, e = unknown_[k] % ends, row = i * rows + per_end * e;
-    const double nx = direction_[k][0], ny = direction_[k][1];
-    const double weight[4] = {normal_[k].slope * nx, normal_[k].slope * ny, normal_[k].damping * nx,
-                              normal_[k].damping * ny};
-    for (int l = 0; l < unknowns_; ++l) {
-      const int j = unknown_[l] / ends, f = unknown_[l] % ends;
-      const double* by_x = &table.forced(row, LinearFlow::column(2 * f, j));
-      const double* by_y = &table.forced(row, LinearFlow::column(2 * f + 1, j));
+  double weight[most_unknowns][per_end];
+  for (int k = 0; k < count; ++k)
+    for (int axis = 0; axis < 2; ++axis) {
+      weight[k][axis] = normal_[k].slope * direction_[k][axis];
+      weight[k][2 + axis] = normal_[k].damping * direction_[k][axis];
+    }
+  Eigen::Matrix<double, points * rows, 1> moved;  // outputs at the nodes by one unknown
+  for (int l = 0; l < count; ++l) {
+    const int j = unknown_[l] / ends, f = unknown_[l] % ends, column = LinearFlow::column(2 * f, j);
+    moved = turned[l][0] * table.forced.col(column).head<points * rows>() +
+            turned[l][1] * table.forced.col(column + 1).head<points * rows>();
+    for (int k = 0; k < count; ++k) {
+      const double* at = &moved[unknown_[k] / ends * rows + unknown_[k] % ends * per_end];
       double sum = k == l ? 1.0 : 0.0;
-      for (int o = 0; o < per_end; ++o) sum += weight[o] * (by_x[o] * turned[l][0] + by_y[o] * turned[l][1]);
+      for (int o = 0; o < per_end; ++o) sum += weight[k][o] * at[o];
       lu_[k][l] = sum;
     }
   }
   lu_h_ = table.h;
-  lu_unknowns_ = unknowns_;
+  lu_unknowns_ = count;
   std::copy(std::begin(unknown_), std::end(unknown_), lu_unknown_);
   std::copy(std::begin(normal_), std::end(normal_), lu_normal_);
   std::memcpy(lu_direction_, direction_, sizeof direction_);
   // the matrix is near 1 where the step suits the contact: no pivoting; where it is not, the passes do not
   // contract
-  for (int p = 0; p < unknowns_; ++p) {
+  for (int p = 0; p < count; ++p) {
     lu_[p][p] = 1.0 / lu_[p][p];
-    for (int k = p + 1; k < unknowns_; ++k) {
+    for (int k = p + 1; k < count; ++k) {
       const double factor = lu_[k][p] *= lu_[p][p];
-      for (int l = p + 1; l < unknowns_; ++l) lu_[k][l] -= factor * lu_[p][l];
+      for (int l = p + 1; l < count; ++l) lu_[k][l] -= factor * lu_[p][l];
     }
   }
 }
 
 /// Newton's step in the normal forces; directions are those of the evaluation.
+template <int count>
 void ContactFlow::correct() {
   double moved[most_unknowns], plain[most_unknowns];  // Newton's step, the fixed point's
-  for (int k = 0; k < unknowns_; ++k) {
+  for (int k = 0; k < count; ++k) {
     const int i = unknown_[k] / ends, e = unknown_[k] % ends;
     const double* u = &u_[LinearFlow::column(2 * e, i)];
     moved[k] = normal_[k].force + u[0] * direction_[k][0] + u[1] * direction_[k][1];
     plain[k] = moved[k];
     for (int l = 0; l < k; ++l) moved[k] -= lu_[k][l] * moved[l];
   }
-  for (int k = unknowns_ - 1; k >= 0; --k) {
-    for (int l = k + 1; l < unknowns_; ++l) moved[k] -= lu_[k][l] * moved[l];
+  for (int k = count - 1; k >= 0; --k) {
+    for (int l = k + 1; l < count; ++l) moved[k] -= lu_[k][l] * moved[l];
     moved[k] *= lu_[k][k];
   }
-  for (int k = 0; k < unknowns_; ++k) {
+  for (int k = 0; k < count; ++k) {
     const int i = unknown_[k] / ends, e = unknown_[k] % ends, column = LinearFlow::column(2 * e, i);
     const double beyond = moved[k] - plain[k], force = normal_[k].force;
     for (int axis = 0; axis < 2; ++axis) {

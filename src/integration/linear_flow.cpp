@@ -1,6 +1,7 @@
 #include "amb_rotor/integration/linear_flow.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "amb_rotor/common/check.hpp"
@@ -270,19 +271,36 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
   splitRows(system.a);
   b_ = to_modal_ * system.b;
   c_ = system.c * from_modal_;
-  // what a mode carries from an input to an output: most carry nothing between most
+  // what a mode carries from an input to the outputs, from the first that it reaches to the last: many reach few
+  const int reached = outputs();
+  carried_real_.resize(reached, modes * inputs());
+  carried_imaginary_.resize(reached, modes * inputs());
   for (int k = 0; k < modes; ++k) {
     transfer_begin_.push_back(static_cast<int>(transfer_.size()));
     const double most = std::hypot(b_.row(k).cwiseAbs().maxCoeff(), b_.row(modes + k).cwiseAbs().maxCoeff()) *
                         std::hypot(c_.col(k).cwiseAbs().maxCoeff(), c_.col(modes + k).cwiseAbs().maxCoeff());
-    for (int o = 0; o < outputs(); ++o)
-      for (int i = 0; i < inputs(); ++i) {
+    for (int i = 0; i < inputs(); ++i) {
+      int first = reached, last = -1;
+      for (int o = 0; o < reached; ++o) {
         const std::complex<double> q = std::complex<double>(c_(o, k), -c_(o, modes + k)) *
                                        std::complex<double>(b_(k, i), b_(modes + k, i));
-        if (std::abs(q) > 1e-17 * most) transfer_.push_back({o, i, q.real(), q.imag()});
+        const int at = k * inputs() + i;
+        carried_real_(o, at) = q.real();
+        carried_imaginary_(o, at) = q.imag();
+        if (!(std::abs(q) > 1e-17 * most)) continue;
+        first = std::min(first, o);
+        last = o;
       }
+      if (last >= first) transfer_.push_back({i, first, last - first + 1});
+    }
   }
   transfer_begin_.push_back(static_cast<int>(transfer_.size()));
+  const auto c = c_.rightCols(zeros_);
+  const auto b = b_.bottomRows(zeros_);
+  later_seen_ = c * chain_;
+  later_pushed_ = chain_ * b;
+  drifts_ = c * b;
+  later_drifts_ = c * later_pushed_;
 }
 
 void LinearFlow::splitRows(const Eigen::MatrixXd& a) {
@@ -307,7 +325,7 @@ void LinearFlow::splitRows(const Eigen::MatrixXd& a) {
   place_rows_.setZero(block_rows, blocks * size());
   for (int i = 0; i < static_cast<int>(places_.size()); ++i)
     place_rows_.block(i % block_rows, i / block_rows * size(), 1, size()) = from_modal_.row(places_[i].place);
-  other_rows_.resize(static_cast<int>(others_.size()), size());
+  other_rows_.setZero(static_cast<int>(others_.size()), size());
   for (std::size_t i = 0; i < others_.size(); ++i)
     other_rows_.row(static_cast<int>(i)) = from_modal_.row(others_[i]);
   place_.setZero(block_rows * blocks);
@@ -444,7 +462,9 @@ void LinearFlow::build(double h, Table& table) const {
         }
         for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
           const Transfer& q = transfer_[at];
-          table.forced(first + q.output, column(q.input, j)) += q.re * re - q.im * im;
+          const int by = k * inputs() + q.input;
+          table.forced.col(column(q.input, j)).segment(first + q.output, q.outputs) +=
+              re * carried_real_.col(by).segment(q.output, q.outputs) - im * carried_imaginary_.col(by).segment(q.output, q.outputs);
         }
         if (point < flow_nodes) continue;
         for (int i = 0; i < inputs(); ++i) {
@@ -456,12 +476,7 @@ void LinearFlow::build(double h, Table& table) const {
     }
     if (zeros_ == 0) continue;
     // int (1 + J (t - r)) (r/h)^p dr
-    for (int o = 0; o < rows; ++o)
-      for (int z = 0; z < zeros_; ++z) {
-        double value = c_(o, 2 * n + z);
-        for (int i = 0; i < zeros_; ++i) value += t * c_(o, 2 * n + i) * chain_(i, z);
-        table.free(point * rows + o, 2 * n + z) = value;
-      }
+    table.free.block(point * rows, 2 * n, rows, zeros_) = c_.rightCols(zeros_) + t * later_seen_;
     for (int j = 0; j < flow_nodes; ++j) {
       double once = 0.0, twice = 0.0, power = t;
       for (int p = 0; p < flow_nodes; ++p, power *= x) {
@@ -470,12 +485,9 @@ void LinearFlow::build(double h, Table& table) const {
       }
       for (int i = 0; i < inputs(); ++i) {
         const int at = column(i, j);
-        for (int z = 0; z < zeros_; ++z) {
-          double value = once * b_(2 * n + z, i);
-          for (int l = 0; l < zeros_; ++l) value += twice * chain_(z, l) * b_(2 * n + l, i);
-          for (int o = 0; o < rows; ++o) table.forced(point * rows + o, at) += c_(o, 2 * n + z) * value;
-          if (point == flow_nodes) table.response(2 * n + z, at) = value;
-        }
+        table.forced.col(at).segment(point * rows, rows) += once * drifts_.col(i) + twice * later_drifts_.col(i);
+        if (point == flow_nodes)
+          table.response.col(at).tail(zeros_) = once * b_.col(i).tail(zeros_) + twice * later_pushed_.col(i);
       }
     }
   }

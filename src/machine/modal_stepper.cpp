@@ -16,7 +16,7 @@ namespace amb_rotor {
 namespace {
 
 /// h0 where nothing is sampled [s]; steps are this halved so and so often.
-constexpr double longest_modal_step_s = 1.0 / 8192.0;
+constexpr double longest_modal_step_s = 1.0 / 2048.0;
 
 }  // namespace
 
@@ -161,7 +161,7 @@ class ModalStepper::Linear final : public LinearReading {
   std::unique_ptr<LinearFlow> flow_;
   std::unique_ptr<ContactFlow> contact_;
   ContactFlow::Drive drive_;
-  Eigen::MatrixXd to_sensors_;
+  AlignedMatrix to_sensors_;
   Eigen::VectorXd whole_, turned_, own_, kept_, written_, event_;
   double since_ = 0.0, angle_ = 0.0;  ///< at the start of the interval
   const ContactFlow::Pushes pushes_ = [this](double time, double* u) { push(time, u); };

@@ -89,6 +89,68 @@ TEST(ModalStepper, FreeFallIsExact) {
   EXPECT_NEAR(fall.state.mechanics[0], 1e-5, 1e-17);
 }
 
+/// Whirls on undamped springs, each the sum of a cylindrical and a conical motion of closed form: where an end leaves the clearance
+/// first, or that none does. The largest radius is drawn next to the clearance, so that many graze.
+TEST(ModalStepper, FirstTouchdownsAreThoseOfTheClosedForm) {
+  constexpr double stiffness = 2e5, arm = 0.14, length_s = 0.02, look_s = 1e-6;
+  const Model model = springBeam(stiffness, 0.0);
+  const double bearing_arm = model.rig.planes.amb[1];
+  const double pole[2] = {std::sqrt(2.0 * stiffness / model.rig.rotor.mass_kg),
+                          bearing_arm * std::sqrt(2.0 * stiffness / model.rig.rotor.transverse_inertia_kg_m2)};
+  std::srand(5);
+  const auto random = [] { return 2.0 * std::rand() / RAND_MAX - 1.0; };
+  int touching = 0, grazing = 0;
+  for (int trial = 0; trial < 120; ++trial) {
+    // per motion (x, then slope times arm): place x, y and velocity over its pole
+    double start[2][4];
+    for (auto& motion : start)
+      for (double& value : motion) value = random();
+    const auto radius = [&](int end, double t) {
+      double at[2];
+      for (int axis = 0; axis < 2; ++axis) {
+        const auto part = [&](int k) { return start[k][axis] * std::cos(pole[k] * t) + start[k][2 + axis] * std::sin(pole[k] * t); };
+        at[axis] = part(0) + (end == 0 ? -1.0 : 1.0) * part(1);
+      }
+      return std::hypot(at[0], at[1]);
+    };
+    double most = 0.0, most_start = 0.0;
+    for (int end = 0; end < 2; ++end) {
+      most_start = std::max(most_start, radius(end, 0.0));
+      for (double t = 0.0; t <= length_s; t += look_s) most = std::max(most, radius(end, t));
+    }
+    // looks 1 us apart miss 1e-6 of a radius that turns at its peak, (pole dt)^2/8
+    const double scale = machine_clearance / most * (1.0 + (trial % 3 == 0 ? 1e-5 : trial % 3 == 1 ? -1e-5 : 0.05) * (1.0 + std::fabs(random())));
+    if (scale * most_start > 0.99 * machine_clearance) continue;
+    for (auto& motion : start)
+      for (double& value : motion) value *= scale;
+    int first = -1;
+    double when = length_s;
+    for (int end = 0; end < 2; ++end)
+      for (double t = look_s; t <= length_s && t < when; t += look_s)
+        if (radius(end, t) > machine_clearance) {
+          double low = t - look_s, high = t;
+          for (int i = 0; i < 50; ++i) (radius(end, 0.5 * (low + high)) > machine_clearance ? high : low) = 0.5 * (low + high);
+          first = end;
+          when = high;
+        }
+    const auto place = [&](int axis) { return std::pair{start[0][axis], start[1][axis] / arm}; };
+    const auto rate = [&](int axis) { return std::pair{pole[0] * start[0][2 + axis], pole[1] * start[1][2 + axis] / arm}; };
+    const Scenario scenario = from(constantSpeed(0.0, length_s, 0.0), {place(0).first, place(1).first, place(0).second, place(1).second},
+                                   {rate(0).first, rate(1).first, rate(0).second, rate(1).second});
+    const Outcome seen = run<ModalStepper>(model, scenario, 1e-9);
+    EXPECT_EQ(seen.reason, "");
+    EXPECT_EQ(seen.events.empty(), first < 0) << trial;
+    if (first < 0 || seen.events.empty()) continue;
+    ++touching;
+    grazing += trial % 3 == 0;
+    EXPECT_EQ(seen.events[0].end, first) << trial;
+    // 1e-9 of 1e-5 m, of a radius that grows by at least (2 * 1e-5 * clearance * 0.1 * acceleration)^0.5, some 1e-3 m/s
+    EXPECT_NEAR(seen.events[0].time, when, 1e-9) << trial;
+  }
+  EXPECT_GE(touching, 50);
+  EXPECT_GE(grazing, 20);
+}
+
 TEST(ModalStepper, ADropWithHertzContactOnMountsEndsWhereTheEventStepperEnds) {
   const Model model =
       with(onMounts(heavy(springBeam())), "hertzian_contact", typicalValues("hertzian_contact"));

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "amb_rotor/common/aligned_matrix.hpp"
 #include "amb_rotor/integration/dense_products.hpp"
 
 namespace amb_rotor {
@@ -44,6 +46,31 @@ TEST(DenseProducts, AllSetsGiveEigensProductAndTouchNothingElse) {
             ASSERT_NEAR(y[i], expected[i], 50 * 2.3e-16 * 2) << set.name << " " << rows << " x " << columns << " row " << i;
           ASSERT_EQ(y[rows], guard) << set.name << " " << rows << " x " << columns;
         }
+}
+
+TEST(AlignedMatrixTest, BeginsAtALineAndIsAMatrixToEigen) {
+  const Eigen::MatrixXd plain = Eigen::MatrixXd::Random(13, 7);
+  AlignedMatrix kept;
+  EXPECT_EQ(kept.size(), 0);
+  kept = plain;
+  const auto offset = [](const AlignedMatrix& m) { return reinterpret_cast<std::uintptr_t>(m.data()) % 64; };
+  EXPECT_EQ(offset(kept), 0u);
+  EXPECT_EQ(kept, plain);
+  AlignedMatrix copy = kept;
+  EXPECT_EQ(offset(copy), 0u);
+  EXPECT_NE(copy.data(), kept.data());
+  copy(2, 3) = 5.0;
+  EXPECT_EQ(kept, plain) << "a copy has numbers of its own";
+  const double* const numbers = copy.data();
+  const AlignedMatrix moved = std::move(copy);
+  EXPECT_EQ(moved.data(), numbers);
+  EXPECT_EQ(moved(2, 3), 5.0);
+  kept = 2.0 * plain.transpose();
+  EXPECT_EQ(kept, 2.0 * plain.transpose());
+  kept.setZero(3, 2);
+  EXPECT_EQ(kept, Eigen::MatrixXd::Zero(3, 2));
+  kept.setZero(0, 4);
+  EXPECT_EQ(kept.cols(), 4);
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 //   s in modal coordinates (linear_flow.hpp);  w = C s + w_p(t): four outputs an end, its displacement and
 //   velocity in its bearing;  u: two forces an end, u = F(w) while it carries and 0 while it does not
 //
-// Free flight: closed form. The first touch-down is looked for by steps that cannot pass it: the gap over a
-// bound of the speed, which the amplitudes of the modes give. Grazing is not missed but where it stays
+// Free flight: closed form. The first touch-down is looked for by steps that cannot pass it, by
+// bounds of the speed and the acceleration, which the amplitudes of the modes give. Grazing is not missed but where it stays
 // shallower than what half a microsecond of acceleration makes. In contact: over a step h, u is a polynomial
 // through 4 Gauss nodes, so that  w_i = (free motion)_i + sum_j K_ij u_j holds without further error; u_i =
 // F(w_i) by Newton's method in the normal forces of all nodes and ends (directions follow from pass to pass),
@@ -91,7 +91,8 @@ class ContactFlow {
   void outputs(const double* s, double* w) const;  ///< of the modes' own motion
   void drift(double t, double* s) const;           ///< under the drive's constant forces
   double guard(int end, const double* w, int mode, double* u) const;
-  void speedBounds(const double* s, double horizon, double bound[ends]) const;
+  void bounds(const double* s, double horizon, double speed[ends], double acceleration[ends]) const;
+  double staysInside(const double* at, double acceleration, double most) const;
   double threshold() const { return 0.1 * options_.tolerance * options_.length_scale; }
   bool flight(double& time, double length, double* s, const int* mode, int& end);
   void pushAtNodes(const LinearFlow::Table& table, double time);
@@ -115,7 +116,9 @@ class ContactFlow {
   void weighGuess(double begin, double stretch);
   void evaluate();
   bool stillFits(const LinearFlow::Table& table) const;
+  template <int count>
   void linearise(const LinearFlow::Table& table);
+  template <int count>
   void correct();
   bool solve(const LinearFlow::Table& table, double time, const double* s, const int* mode);
   double error(const LinearFlow::Table& table);
@@ -151,6 +154,7 @@ class ContactFlow {
   Eigen::VectorXd own_real_, own_imaginary_, span_real_, span_imaginary_, moved_;
   double span_ = -1.0;                  ///< that span_real_ belongs to
   Eigen::MatrixXd speed_weight_;        ///< per end and mode
+  Eigen::VectorXd pole_size_;           ///< |lambda|
   std::vector<int> growing_;            ///< modes
   static constexpr int kept_columns = 6;
   Eigen::Matrix<double, rows, kept_columns> kept_;  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2

@@ -9,11 +9,10 @@ namespace amb_rotor {
 /// y = A x (add: y += A x) for `columns` columns of `rows` numbers that follow each other from `a` on.
 void product(const double* a, Eigen::Index rows, Eigen::Index columns, const double* x, double* y, bool add);
 
-inline void product(const Eigen::MatrixXd& a, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+/// Of a matrix that is kept whole (Eigen's own, or one of common/aligned_matrix.hpp).
+template <class Matrix>
+void product(const Matrix& a, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
   product(a.data(), a.rows(), a.cols(), x.data(), y.data(), false);
-}
-inline void addProduct(const Eigen::MatrixXd& a, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
-  product(a.data(), a.rows(), a.cols(), x.data(), y.data(), true);
 }
 
 /// One function a set; product() takes the best that runs.

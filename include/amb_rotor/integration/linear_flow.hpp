@@ -19,6 +19,8 @@
 #include <utility>
 #include <vector>
 
+#include "amb_rotor/common/aligned_matrix.hpp"
+
 namespace amb_rotor {
 
 struct LinearSystem {
@@ -43,7 +45,7 @@ class LinearFlow {
 
   const Eigen::MatrixXd& toModal() const { return to_modal_; }      ///< size() x states
   const Eigen::MatrixXd& fromModal() const { return from_modal_; }  ///< states x size()
-  const Eigen::MatrixXd& outputMatrix() const { return c_; }        ///< outputs() x size()
+  const AlignedMatrix& outputMatrix() const { return c_; }        ///< outputs() x size()
   /// y = M s, where y holds places and their rates by half that product: a row of A that is a unit vector
   /// says that one state is the rate of another, whose row of M it has times lambda. `turned`: scratch of
   /// size().
@@ -68,10 +70,10 @@ class LinearFlow {
   struct Table {
     double h = -1.0;
     Eigen::VectorXd real, imaginary;  ///< exp(lambda h)
-    Eigen::MatrixXd free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
-    Eigen::MatrixXd forced;    ///< the same from u: (nodes + 1) outputs x inputs nodes
-    Eigen::MatrixXd response;  ///< s at the end from u: size x inputs nodes
-    Eigen::MatrixXd parts;     ///< outputs at the end from parts of u, 3 outputs x inputs nodes: from its highest Legendre
+    AlignedMatrix free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
+    AlignedMatrix forced;    ///< the same from u: (nodes + 1) outputs x inputs nodes
+    AlignedMatrix response;  ///< s at the end from u: size x inputs nodes
+    AlignedMatrix parts;     ///< outputs at the end from parts of u, 3 outputs x inputs nodes: from its highest Legendre
                                ///< polynomial, from its mean, and from that polynomial's coefficient as if it were constant
   };
   /// Column of u for an input at a node: inputs in pairs (one end's x, y), node by node.
@@ -100,19 +102,21 @@ class LinearFlow {
   std::string reason_;
   Eigen::VectorXcd lambda_;
   int zeros_ = 0;
-  Eigen::MatrixXd chain_, to_modal_, from_modal_, b_, c_;
+  Eigen::MatrixXd chain_, to_modal_, from_modal_, b_;
+  AlignedMatrix c_;
+  Eigen::MatrixXd later_seen_, later_pushed_, drifts_, later_drifts_;  ///< of the zeros: C J, J B, C B, C J B
   struct Transfer {
-    int output, input;
-    double re, im;
+    int input, output, outputs;  ///< from the first output on, so many
   };
   struct Place {
     int place, rate;
   };
   std::vector<Place> places_;
   std::vector<int> others_;  ///< states that are neither
-  Eigen::MatrixXd place_rows_, other_rows_;
+  AlignedMatrix place_rows_, other_rows_;
   mutable Eigen::VectorXd place_, rate_, other_;
-  std::vector<Transfer> transfer_;  ///< of mode k: from transfer_begin_[k] on
+  Eigen::MatrixXd carried_real_, carried_imaginary_;  ///< outputs by each mode's inputs
+  std::vector<Transfer> transfer_;                    ///< of mode k: from transfer_begin_[k] on
   std::vector<int> transfer_begin_;
 };
 
