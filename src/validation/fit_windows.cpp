@@ -72,6 +72,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   const int r = offsets ? 8 : 0;  // unknowns of the run: offsets, drifts
   const Machine<double> machine({&base_model}, whole.spin);
   const int ring = machine.ringState(), mount = machine.mountState();
+  const std::size_t lags = 4 * machine.relaxationRates().size();
   const int coordinates = 2 * (free_states > 0 ? machine.rotor().modes() : 0);
 
   std::vector<Window> windows;
@@ -124,6 +125,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     stretch.by_events = whole.by_events && !slidesThroughout(rec, base_model, window.first, window.last);
     MachineState<double>& kept = local.window_start[number];
     const bool fresh = static_cast<int>(kept.mechanics.size()) != mechanics;
+    kept.takeLags(lags);  // it may be from a fit without lags
     MachineState<double> start = kept, guess = kept;
     const auto ringFollows = [&](MachineState<double>& state, const std::array<double, 2>& beyond = {}) {
       for (int e = 0; e < 2 && ring >= 0; ++e) state.mechanics[ring + e] = ring_speed[e] + beyond[e];

@@ -192,14 +192,11 @@ class Way {
   MachineState<double> adopt(const MachineState<double>& other) const {
     const Simulator<double> sim(machine_, drive_, sample_rate_hz);
     MachineState<double> state = sim.atRest(other.time);
-    const auto mechanics = state.mechanics, lag = state.lag;
+    const auto mechanics = state.mechanics;
     state = other;
     state.mechanics = mechanics;
     std::copy(other.mechanics.begin(), other.mechanics.begin() + 2 * machine_.coordinates(), state.mechanics.begin());
-    if (state.lag.size() != lag.size()) {
-      state.lag = lag;
-      for (std::size_t i = 0; i < lag.size(); ++i) state.lag[i] = state.current[i / (lag.size() / 4)];
-    }
+    state.takeLags(sim.track().lagCount());
     for (int end = 0; end < 2; ++end) {
       state.contact_mode[end] = machine_.contactGuard(end, state.mechanics.data()) > 0.0 ? 1 : 0;
       state.sliding[end] = sliding_unset;  // what sticks there may slide here

@@ -171,6 +171,9 @@ class Simulator {
   };
   template <class Stepper, class Sink>
   bool run(MachineState<S>& state, double end, Stepper& stepper, Sink&& sink, bool include_end = false) const {
+    AMB_ROTOR_CHECK(static_cast<int>(state.mechanics.size()) == machine_.stateSize() && state.lag.size() == track_.lagCount() &&
+                        state.control.size() == controller_.memorySize(),
+                    "the state is one of this machine");
     // instants closer than this are one; at most schedule_tolerance_s, also where nothing is sampled or recorded
     const double tolerance = 1e-9 * std::max(1e-4, 1.0 / std::max({sample_rate_, record_rate_, 10.0}));
     const auto breakpoints = drive_.schedule != nullptr ? drive_.schedule->breakpoints() : std::vector<double>();

@@ -31,6 +31,13 @@ struct MachineState {
   long next_record = 0;                 ///< index of the next recorded instant
   int contact_mode[2] = {0, 0};         ///< 1: carries (event-accurate runs)
   int sliding[2] = {sliding_unset, sliding_unset};  ///< set-valued friction: 1 with the spin, -1 against it, 0 sticks
+
+  /// Made a state of a machine with so many lags: where it had another number, each is where its axis's current is.
+  void takeLags(std::size_t count) {
+    if (lag.size() == count) return;
+    lag.resize(count);
+    for (std::size_t i = 0; i < count; ++i) lag[i] = current[i / (count / 4)];
+  }
 };
 
 }  // namespace amb_rotor
