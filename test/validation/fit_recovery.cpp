@@ -164,6 +164,38 @@ TEST(WindowsTest, IntegratorsAreUnknownsOfAWindow) {
   }
 }
 
+TEST(WindowsTest, EddyCurrentsAreFollowedThroughContact) {
+  const MadeSet& set = madeSet(21, "eddy_current_lag", 2.0, true, {"rub_1", "drop_1"});
+  const Model truth = set.truth();
+  Model plain = truth;
+  plain.effects.clear();
+  for (const char* id : {"rub_1", "drop_1"}) {
+    const std::vector<Recording> recordings = {beginningOf(set.recordings.at(set.indexOf(id)), 3000)};
+    // kept: what was fitted before the lag is adopted knows of none, and the other way round
+    for (const bool before : {false, true}) {
+      std::vector<LocalState> local(1);
+      std::vector<RunResult> results;
+      const auto evaluate = [&](const Model& model) {
+        const FitSpace space(model, {});
+        EvaluationOptions options;
+        options.jacobian = false;
+        options.window_passes = 3;
+        options.thorough = true;
+        FitProblem(recordings, space, set.offset_std_m).evaluate(space.start(), {0}, local, options, &results);
+        EXPECT_TRUE(results[0].finite);
+        return std::sqrt(results[0].mean_square);
+      };
+      if (before) evaluate(plain);
+      evaluate(truth);
+      const double error = evaluate(truth);
+      EXPECT_LT(error, 1.1) << id << ", " << before;  // as above
+      if (std::string(id) == "rub_1") {  // while bearings are off it is not seen
+        EXPECT_GT(evaluate(plain), 1.05 * error);
+      }
+    }
+  }
+}
+
 TEST(WindowsTest, DryWhirlThatRollsIsPredicted) {
   // A drop whose whirl rolls under some 10 kN: regularised friction would bring the surfaces to rest within a few us. With
   // steps of 20 us that did not look at that, the true machine stood at over 100 times the noise.
