@@ -85,7 +85,7 @@ template <class Look>
 void forEachSubset(int k, int size, const Look& look) {
   int s[most_terms] = {0, 0, 0};
   const auto choose = [&](const auto& self, int place, int from) -> void {
-    if (place == size) return look(s);
+    if (place == size || place == most_terms) return look(s);
     for (s[place] = from; s[place] < k; ++s[place]) self(self, place + 1, s[place] + 1);
   };
   choose(choose, 0, 0);
