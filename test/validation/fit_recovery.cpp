@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "../support/made_sets.hpp"
+#include "../support/models.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "amb_rotor/validation/fit.hpp"
 
@@ -191,6 +193,28 @@ TEST(WindowsTest, EddyCurrentsAreFollowedThroughContact) {
       EXPECT_LT(error, 1.1) << id << ", " << before;  // as above
       if (std::string(id) == "rub_1") {  // while bearings are off it is not seen
         EXPECT_GT(evaluate(plain), 1.05 * error);
+      }
+    }
+  }
+}
+
+TEST(WindowsTest, StartsGoFromMachineToMachine) {
+  // states of mounts, rings and lags come and go as effects are tried and withdrawn
+  const MadeSet& set = madeSet(21, "none", 0.0, true);
+  const std::vector<Recording> recordings = {beginningOf(set.recordings.at(set.indexOf("rub_1")), 600)};
+  std::vector<LocalState> local(1);
+  for (const auto& schema : effectCatalogue().all()) {
+    if (schema.only_by_name) continue;
+    for (const bool with : {true, false}) {
+      Model model = set.truth();
+      if (with) model.effects.push_back({schema.id, testing_support::typicalValues(schema.id)});
+      const FitSpace space(model, {});
+      EvaluationOptions options;
+      options.jacobian = true;
+      std::vector<RunResult> results;
+      FitProblem(recordings, space, set.offset_std_m).evaluate(space.start(), {0}, local, options, &results);
+      if (!with) {
+        EXPECT_TRUE(results[0].finite) << "after " << schema.id;
       }
     }
   }
