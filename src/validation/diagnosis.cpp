@@ -345,10 +345,11 @@ bool Diagnoser::lawIsPlain() {
 }
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
-/// little, it must be far less, and one effect alone is not doubted: what it leaves may be its own details.
+/// little, it must be far less, and one effect that takes most alone is not doubted.
 bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
   const bool much = errors_.validation_error_free > structured_error;
-  if (!much && (clean() || adopted_.size() < 2)) return false;
+  if (!much && clean()) return false;
+  if (!much && adopted_.size() < 2 && !leavesMoreThanDetails(out.baseline, errors_)) return false;
   // the law is sought in runs without contact: it stands for no effect that shows in contact
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;

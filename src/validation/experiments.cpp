@@ -244,16 +244,10 @@ std::vector<double> signalsOf(const Experiment& experiment, const Model& model, 
   predict(stretch, jobs);
   if (!jobs[0].finite) return {};
   if (!free) return out;
-  const auto& planes = rig.rig.planes;
-  const double span = planes.sensor[1] - planes.sensor[0];
-  for (long i = 0; i < rec.samples; ++i) {
-    const double* m = out.data() + i * predicted_channels;
-    for (const double z : planes.aux) {
-      const double share = span != 0.0 ? (z - planes.sensor[0]) / span : 0.5;
-      const double radius = std::hypot(m[0] + share * (m[2] - m[0]), m[1] + share * (m[3] - m[1]));
-      if (radius > farthest_reach * rig.rig.auxiliary_bearing.clearance_m) return {};
-    }
-  }
+  for (long i = 0; i < rec.samples; ++i)
+    for (const double z : rig.rig.planes.aux)
+      if (radiusAt(out.data() + i * predicted_channels, rig, z) > farthest_reach * rig.rig.auxiliary_bearing.clearance_m)
+        return {};
   return out;
 }
 

@@ -112,17 +112,11 @@ Recording LiveComparison::recordingOfBlock() const {
 }
 
 bool LiveComparison::mayTouch() const {
-  const auto& planes = model_.rig.planes;
-  const double span = planes.sensor[1] - planes.sensor[0];
   const double near = touching * model_.rig.auxiliary_bearing.clearance_m;
   for (const auto& s : samples_) {
     if (!std::all_of(s.bearing_on, s.bearing_on + 4, [](bool on) { return on; })) return true;
-    for (double z : planes.aux) {  // a straight shaft through both sensors
-      const double share = (z - planes.sensor[0]) / span;
-      const double x = s.displacement_m[0] + share * (s.displacement_m[2] - s.displacement_m[0]);
-      const double y = s.displacement_m[1] + share * (s.displacement_m[3] - s.displacement_m[1]);
-      if (std::hypot(x, y) > near) return true;
-    }
+    for (double z : model_.rig.planes.aux)
+      if (radiusAt(s.displacement_m, model_, z) > near) return true;
   }
   return false;
 }

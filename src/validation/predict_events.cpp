@@ -36,19 +36,13 @@ bool slidesThroughout(const Recording& rec, const Model& model, long first, long
   for (const auto& effect : model.effects)
     if (effect.id == "inner_ring_spin") return false;
   if (std::any_of(rec.noise.begin(), rec.noise.begin() + 4, [](double noise) { return noise <= 0.0; })) return false;
-  const auto& planes = model.rig.planes;
-  const double span = planes.sensor[1] - planes.sensor[0];
   double whirl = 0.0;
   for (long i = std::max(1L, first - 1); i < std::min(rec.samples - 1, last + 1); ++i) {
     const double *after = &rec.measured[(i + 1) * predicted_channels], *before = &rec.measured[(i - 1) * predicted_channels];
-    for (const double z : planes.aux) {
-      const double share = (z - planes.sensor[0]) / span;
-      const auto moved = [&](int axis) {
-        const double a = after[axis] - before[axis], b = after[2 + axis] - before[2 + axis];
-        return a + share * (b - a);
-      };
-      whirl = std::max(whirl, 0.5 * rec.run.sample_rate_hz * std::hypot(moved(0), moved(1)));
-    }
+    double moved[4];
+    for (int c = 0; c < 4; ++c) moved[c] = after[c] - before[c];
+    for (const double z : model.rig.planes.aux)
+      whirl = std::max(whirl, 0.5 * rec.run.sample_rate_hz * radiusAt(moved, model, z));
   }
   const double rate = rec.run.sample_rate_hz;
   const double slowest = std::min(std::fabs(shaftAt(rec, model, static_cast<double>(first) / rate).speed),

@@ -56,6 +56,11 @@ bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, cons
                                    share * excessWithoutContact(adopted);
 }
 
+bool leavesMoreThanDetails(const CandidateErrors& baseline, const CandidateErrors& adopted) {
+  constexpr double own_details = 1.0 / 3.0;
+  return excessWithoutContact(adopted) > own_details * excessWithoutContact(baseline);
+}
+
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law) {
   for (const auto& step : diagnosis.steps) diagnosis.withdrawn.push_back(step.added);
   diagnosis.steps.clear();

@@ -122,6 +122,7 @@ std::vector<Recording> prepareRecordings(const Dataset& dataset) {
     Recording& rec = recordings.back();
     for (const auto& remark : channelRemarks(rec, dataset)) rec.remarks.push_back(remark);
     for (const auto& remark : clockRemarks(rec)) rec.remarks.push_back(remark);
+    rec.stays_inside = staysInside(rec, dataset.belief);
   }
   return recordings;
 }

@@ -36,17 +36,12 @@ double largestCurrent(const std::vector<Recording>& recordings) {
 
 /// How deep an end goes into its auxiliary bearing: exceeded in a tenth of the samples that touch [m]; 0: none does.
 double typicalPenetration(const Model& belief, const std::vector<Recording>& recordings) {
-  const auto& planes = belief.rig.planes;
-  const double span = planes.sensor[1] - planes.sensor[0];
   std::vector<double> depths;
   for (const auto& r : recordings) {
     if (!r.holdsContact()) continue;
     for (long i = 0; i < r.samples; ++i) {
-      const double* m = r.measured.data() + i * predicted_channels;
-      for (const double z : planes.aux) {
-        const double share = span != 0.0 ? (z - planes.sensor[0]) / span : 0.5;
-        const double radius = std::hypot(m[0] + share * (m[2] - m[0]), m[1] + share * (m[3] - m[1]));
-        const double depth = radius - belief.rig.auxiliary_bearing.clearance_m;
+      for (const double z : belief.rig.planes.aux) {
+        const double depth = radiusAt(r.measured.data() + i * predicted_channels, belief, z) - belief.rig.auxiliary_bearing.clearance_m;
         if (depth > 0.0) depths.push_back(depth);
       }
     }

@@ -45,7 +45,7 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
   // a lag that settleLags() hurries in 0.15 s would follow the turns and not only the mean
   if (hasEffect(model, "eddy_current_lag")) stretch.settle_s = std::max(stretch.settle_s, 0.5);
   if (settling > 0.0) stretch.calm_s = 0.15;
-  stretch.contact_step_s = 1e-5;
+  stretch.contact_step_s = rec.stays_inside ? 0.0 : 1e-5;
   stretch.spin = rec.path == nullptr && !rec.standstill && hasEffect(model, "spin_drag") ? Spin::drag : Spin::prescribed;
   return stretch;
 }

@@ -110,6 +110,14 @@ TEST(RankingTest, ALawStandsWhereItLeavesLessThanTheEffectsAdopted) {
   EXPECT_EQ(diagnosis.unexplained.terms[0].term, "position_cube_N_per_m3");
 }
 
+TEST(RankingTest, OneEffectThatLeavesMostOfTheExcessIsDoubted) {
+  // a crack for a cubic spring: 1.132 to 1.084; right ones end within 0.01 of the floor
+  EXPECT_TRUE(leavesMoreThanDetails(errorsOf(1.132), errorsOf(1.084)));
+  EXPECT_FALSE(leavesMoreThanDetails(errorsOf(1.132), errorsOf(1.01)));
+  EXPECT_FALSE(leavesMoreThanDetails(errorsOf(3.0), errorsOf(1.5))) << "1.25 of 8";
+  EXPECT_FALSE(leavesMoreThanDetails(errorsOf(-1.0), errorsOf(-1.0))) << "no such runs";
+}
+
 TEST(RankingTest, ARunBegunAnewKeepsItsAngleAlone) {
   LocalState state;
   state.angle_searches = 2;

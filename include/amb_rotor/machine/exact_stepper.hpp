@@ -102,11 +102,11 @@ class ExactStepper {
       --unseen_;
       return false;
     }
-    if (!LaneStepper<S>::nearContact(machine, state, 2.0 * unseen_steps * dt)) {
+    if (!fixed_.couldTouch(machine, state, 2.0 * unseen_steps * dt)) {
       unseen_ = unseen_steps - 1;
       return false;
     }
-    return LaneStepper<S>::nearContact(machine, state, dt);
+    return fixed_.couldTouch(machine, state, dt);
   }
 
   Length* lengthOf(double dt) {

@@ -17,7 +17,7 @@ template <class S>
 class LaneStepper {
  public:
   /// @param largest_step_s  of the integration between instants
-  /// @param contact_step_s  the same where an end of a lane is in contact or about to be
+  /// @param contact_step_s  the same where an end of a lane is in contact or about to be; 0: contact is left out
   LaneStepper(const Machine<S>& machine, double largest_step_s, double contact_step_s)
       : largest_(largest_step_s), contact_(contact_step_s) {
     refuseSetValuedFriction(machine.frictionLaw(), "lanes");
@@ -28,12 +28,13 @@ class LaneStepper {
   bool advance(const Simulator<S>& sim, double from, double to, MachineState<S>& state,
                const typename Simulator<S>::Held& held) {
     const Machine<S>& machine = sim.machine();
-    const bool near = nearContact(machine, state, to - from);
+    const bool near = couldTouch(machine, state, to - from);
     const double largest = near ? contact_ : largest_;
     const int steps = std::max(1, static_cast<int>(std::ceil((to - from) / largest - 1e-6)));
     const double h = (to - from) / steps;
     Inputs<S> in;
     in.far_from_contact = !near;
+    if (!(contact_ > 0.0)) in.contact_mode = untouched;
     in.hold_speed = sim.drive().hold_speed;
     since_ = from;
     sim.electricInputs(from, since_, held, in);
@@ -49,6 +50,11 @@ class LaneStepper {
     for (int step = 0; step < steps; ++step) stepThroughContact(sim, from + step * h, h, 0, state, held, in);
     sim.readCoils(state);
     return true;
+  }
+
+  /// nearContact, where contact is not left out.
+  bool couldTouch(const Machine<S>& machine, const MachineState<S>& state, double dt) const {
+    return contact_ > 0.0 && nearContact(machine, state, dt);
   }
 
   /// Whether an end of a lane could touch within dt [s] at one and a half times its present approach speed.
@@ -75,6 +81,7 @@ class LaneStepper {
   /// stays as it is.
   static constexpr int parts = 4, refinements = 3;
   static constexpr double finest_s = 2.5e-6;
+  static constexpr int untouched[2] = {0, 0};
 
   /// One step near contact. Where an end of a lane touches or leaves, the force has a jump or a kink in it: it is taken
   /// again in parts, and the part with the change likewise.

@@ -22,7 +22,7 @@ struct Stretch {
   double record_rate_hz = 0.0;
   long first = 0, last = 0;
   double largest_step_s = 5e-5;
-  double contact_step_s = 2.5e-6;
+  double contact_step_s = 2.5e-6;  ///< 0: contact is left out
   double settle_s = 0.15;  ///< run-in where a lane has no starting state
   double calm_s = 0.0;     ///< before that, with weakly damped modes held back: their static deflection would ring for long
   /// Through contact of set-valued friction: every machine goes by itself, its events located (machine/event_stepper.hpp).

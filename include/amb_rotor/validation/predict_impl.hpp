@@ -123,6 +123,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     for (std::size_t l = 0; l < count; ++l) starts.push_back(jobs[l].start);
     state = packStates<S>(starts);
   } else {
+    const double coarse_contact = stretch.contact_step_s > 0.0 ? stretch.largest_step_s : 0.0;
     Drive<S> run_in = drive;
     ConstantShaft constant(0.0, 0.0);
     run_in.hold_speed = true;
@@ -151,10 +152,10 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
       Simulator<S> first(held_back, run_in, 0.0);
       first.restIntegrators();
       first.settleLags(stretch.settle_s);
-      typename Steps::Stepper steps = Steps::make(held_back, stretch.largest_step_s, stretch.largest_step_s);
+      typename Steps::Stepper steps = Steps::make(held_back, stretch.largest_step_s, coarse_contact);
       first.run(state, begin, steps, [](const Record<S>&) {});
     }
-    typename Steps::Stepper coarse = Steps::make(machine, stretch.largest_step_s, stretch.largest_step_s);
+    typename Steps::Stepper coarse = Steps::make(machine, stretch.largest_step_s, coarse_contact);
     before.run(state, start_time, coarse, [](const Record<S>&) {});
     state.next_record = stretch.first;
     if (machine.spin() != Spin::prescribed) {

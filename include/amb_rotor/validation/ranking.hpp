@@ -33,6 +33,10 @@ void scaleToAllWindows(CandidateErrors& errors, double reference, double referen
 /// their excess, of which the held-out gain tells how much of the baseline's stays.
 bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, const CandidateErrors& adopted, double share);
 
+/// Whether one effect alone leaves more of the baseline's excess than its own details may be, a third: the right one takes nearly
+/// all, one that bends towards something else does not.
+bool leavesMoreThanDetails(const CandidateErrors& baseline, const CandidateErrors& adopted);
+
 /// Effects that have only bent towards a law are taken back, with what was said about them; the law stays.
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law);
 

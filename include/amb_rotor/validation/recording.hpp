@@ -24,6 +24,7 @@ struct Recording {
   /// How well the first turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: not from them.
   double angle_std_rad = 0.0, speed_std_rad_s = 0.0, first_turns_s = 0.0;
   std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
+  bool stays_inside = false;            ///< no end can have touched: predicted without contact
   TachoPulses pulses;
   std::vector<std::string> remarks;     ///< what is odd in the data: dropouts, missing pulses, saturation
 
@@ -32,6 +33,13 @@ struct Recording {
   /// Angle and speed at t = 0 that fit the first turns when the shaft slows down at a known rate [rad/s^2].
   void startOfSpin(double deceleration, double& angle0, double& speed) const;
 };
+
+/// Distance of a straight shaft from the centre at an axial position, by its displacements at the sensors ax, ay, bx, by [m].
+double radiusAt(const double* displacement, const Model& model, double z_m);
+
+/// Whether a run was measured to stay so far inside the clearance that no end can have touched, and the belief predicts it
+/// without contact. What is not true of its displacements (unmeasured ones too) makes it false.
+bool staysInside(const Recording& rec, const Model& belief);
 
 /// Reads and prepares all runs of a data set.
 std::vector<Recording> prepareRecordings(const Dataset& dataset);
