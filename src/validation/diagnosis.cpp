@@ -83,7 +83,7 @@ class Diagnoser {
   bool structured() const;
   Unexplained lawBeside(const Trial& trial, LawEffort effort = LawEffort::whole) const;
   bool lawIsPlain();
-  bool lawLeavesLess(const Diagnosis& out);
+  bool lawLeavesLess();
   void standBy(Diagnosis& out);
   double sampledError();
   bool adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out);
@@ -94,6 +94,7 @@ class Diagnoser {
   Settings adopted_;
   References references_;
   Trial first_;             ///< the belief, as the baseline left it
+  CandidateErrors begun_;   ///< its
   References begin_;        ///< its
   std::optional<Unexplained> law_;  ///< beside it, where that was asked
   Trial joint_;             ///< the model as it stands, fitted to all runs
@@ -337,7 +338,8 @@ Unexplained inContactOnly() {
 
 /// Whether one term beside the belief alone leaves next to nothing: then no second effect is sought beside the first.
 bool Diagnoser::lawIsPlain() {
-  if (!(errors_.validation_error_free > structured_error) || needsContact(adopted_.back().id)) return false;
+  const bool doubted = errors_.validation_error_free > structured_error || leavesMoreThanDetails(begun_, errors_);
+  if (!doubted || needsContact(adopted_.back().id)) return false;
   Unexplained law = lawBeside(first_, LawEffort::plain);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
   law_ = std::move(law);
@@ -346,15 +348,15 @@ bool Diagnoser::lawIsPlain() {
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
 /// little, it must be far less, and one effect that takes most alone is not doubted.
-bool Diagnoser::lawLeavesLess(const Diagnosis& out) {
+bool Diagnoser::lawLeavesLess() {
   const bool much = errors_.validation_error_free > structured_error;
   if (!much && clean()) return false;
-  if (!much && adopted_.size() < 2 && !leavesMoreThanDetails(out.baseline, errors_)) return false;
+  if (!much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_)) return false;
   // the law is sought in runs without contact: it stands for no effect that shows in contact
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;
   if (!law_) law_ = lawBeside(first_);
-  return amb_rotor::lawLeavesLess(out.baseline, *law_, errors_, much ? law_share : doubtful_law_share);
+  return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 
 /// The belief as it was, with the law beside it.
@@ -417,6 +419,7 @@ Diagnosis Diagnoser::run() {
     for (const auto& remark : r.remarks) out.remarks.push_back(r.run.id + ": " + remark);
   baseline(out);
   first_ = joint_;
+  begun_ = errors_;
   begin_ = references_;
   begin_.screen.reset();  // the starts' directions take much room
   for (int step = 0; step < options_.most_steps; ++step) {
@@ -440,9 +443,9 @@ Diagnosis Diagnoser::run() {
     while (withdraw(out)) {
     }
     if (clean() || (step == 0 && !adopted_.empty() && lawIsPlain())) break;
-    if (step > 0 && lawLeavesLess(out)) break;  // a third would only bend further
+    if (step > 0 && lawLeavesLess()) break;  // a third would only bend further
   }
-  const bool stand_by = !out.steps.empty() && lawLeavesLess(out);
+  const bool stand_by = !out.steps.empty() && lawLeavesLess();
   if (stand_by) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
