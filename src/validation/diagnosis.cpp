@@ -80,6 +80,7 @@ class Diagnoser {
   bool withdraw(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool clean() const;
+  bool strained() const;
   bool structured() const;
   Unexplained lawBeside(const Trial& trial, LawEffort effort = LawEffort::whole) const;
   bool lawIsPlain();
@@ -320,6 +321,17 @@ bool Diagnoser::clean() const {
          (errors_.validation_error_contact < 0.0 || errors_.validation_error_contact < 1.1);
 }
 
+/// Whether a nuisance is farther from the belief than chance takes it: it may stand for an effect (a contact that is too soft for
+/// a mount in series), at the floor, too.
+bool Diagnoser::strained() const {
+  constexpr double by_chance = 5.0;  // prior standard deviations
+  for (int k = 0; k < joint_.space->nuisances(); ++k) {
+    const Coordinate& c = joint_.space->coordinates()[k];
+    if (std::fabs(joint_.fit.x[k] - c.prior_mean) > by_chance * c.prior_std) return true;
+  }
+  return false;
+}
+
 bool Diagnoser::structured() const {
   return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
 }
@@ -442,7 +454,7 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out)) {
     }
-    if (clean() || (step == 0 && !adopted_.empty() && lawIsPlain())) break;
+    if ((clean() && !strained()) || (step == 0 && !adopted_.empty() && lawIsPlain())) break;
     if (step > 0 && lawLeavesLess()) break;  // a third would only bend further
   }
   const bool stand_by = !out.steps.empty() && lawLeavesLess();
