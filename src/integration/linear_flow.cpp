@@ -11,7 +11,6 @@
 namespace amb_rotor {
 namespace {
 
-constexpr int flow_nodes = LinearFlow::nodes;
 /// Eigenvalues below this [1/s] are zero: what drifts freely; the slowest motion of a supported rotor is far
 /// above.
 constexpr double zero_below = 0.5;
@@ -24,41 +23,6 @@ constexpr double turned_share = 1e-14;
 /// Rows of the matrix that makes mechanics, kept together: with 256 columns they fit the first cache, where their second
 /// product finds them.
 constexpr int block_rows = 16;
-
-struct Gauss {
-  double x[flow_nodes] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813, 0.93056815579702629};
-  double weight[flow_nodes] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-                               0.17392742256872693};
-  double lagrange[flow_nodes][flow_nodes];  ///< L_j(x) = sum_p lagrange[j][p] x^p
-  double top[flow_nodes];                   ///< coefficient of the highest Legendre polynomial, of the values
-  double top_value[flow_nodes];             ///< that polynomial
-  Gauss() {
-    Eigen::Matrix<double, flow_nodes, flow_nodes> powers;
-    for (int i = 0; i < flow_nodes; ++i)
-      for (int p = 0; p < flow_nodes; ++p) powers(i, p) = std::pow(x[i], p);
-    const Eigen::Matrix<double, flow_nodes, flow_nodes> inverted = powers.inverse();
-    for (int j = 0; j < flow_nodes; ++j)
-      for (int p = 0; p < flow_nodes; ++p) lagrange[j][p] = inverted(p, j);
-    const auto legendre = [](double at) {  // P_3 on [0, 1]
-      const double t = 2.0 * at - 1.0;
-      return 0.5 * t * (5.0 * t * t - 3.0);
-    };
-    for (int i = 0; i < flow_nodes; ++i) {
-      top_value[i] = legendre(x[i]);
-      top[i] = top_value[i] * weight[i] * (2 * (flow_nodes - 1) + 1);
-    }
-  }
-};
-const Gauss gauss_rule;
-
-struct Reciprocal {
-  double value[64] = {};
-  Reciprocal() {
-    for (int k = 1; k < 64; ++k) value[k] = 1.0 / k;
-  }
-  double operator[](int k) const { return value[k]; }
-};
-const Reciprocal reciprocal;
 
 /// A diagonal of powers of 2 that evens rows and columns out (Osborne).
 Eigen::VectorXd balance(Eigen::MatrixXd& a) {
@@ -99,55 +63,7 @@ bool isotropic(const Eigen::MatrixXd& a, const std::vector<std::pair<int, int>>&
   return true;
 }
 
-/// int_0^t exp(lambda (t - r)) (r/h)^p dr for p = 0 .. m-1, for t = x h. By parts, with I_p the integral:
-///   lambda I_p = (p/h) I_(p-1) - x^p,
-/// upwards where lambda t is large; downwards from a series where it is small, which would lose digits
-/// upwards.
-void moments(std::complex<double> lambda, double h, double x, std::complex<double> e,
-             std::complex<double>* out) {
-  const double t = x * h;
-  const double zr = lambda.real() * t, zi = lambda.imag() * t;
-  if (zr * zr + zi * zi < 2.25) {
-    double re = 1.0 / flow_nodes, im = 0.0, sum_re = re, sum_im = 0.0;
-    for (int q = 1; q < 30 && std::abs(re) + std::abs(im) > 1e-17; ++q) {
-      const double next = (zr * re - zi * im) * reciprocal[flow_nodes + q];
-      im = (zr * im + zi * re) * reciprocal[flow_nodes + q];
-      re = next;
-      sum_re += re;
-      sum_im += im;
-    }
-    double power = t;
-    for (int p = 1; p < flow_nodes; ++p) power *= x;
-    out[flow_nodes - 1] = std::complex<double>(power * sum_re, power * sum_im);
-    for (int p = flow_nodes - 1; p > 0; --p) {
-      power /= x;  // t x^(p-1)
-      const std::complex<double> before = out[p];
-      const double scale = h / p;
-      out[p - 1] = {scale * (lambda.real() * before.real() - lambda.imag() * before.imag() + power * x / t),
-                    scale * (lambda.real() * before.imag() + lambda.imag() * before.real())};
-    }
-    return;
-  }
-  const std::complex<double> inverse = 1.0 / lambda;
-  double power = 1.0;
-  out[0] = (e - 1.0) * inverse;
-  for (int p = 1; p < flow_nodes; ++p) {
-    power *= x;
-    out[p] = (double(p) / h * out[p - 1] - power) * inverse;
-  }
-}
-
 }  // namespace
-
-const double* LinearFlow::abscissae() { return gauss_rule.x; }
-
-void LinearFlow::interpolation(double x, double* weight) {
-  for (int j = 0; j < flow_nodes; ++j) {
-    double value = 0.0;
-    for (int p = flow_nodes - 1; p >= 0; --p) value = value * x + gauss_rule.lagrange[j][p];
-    weight[j] = value;
-  }
-}
 
 LinearFlow::Modes LinearFlow::modesOf(const Eigen::MatrixXd& a) {
   const GeneralEigen eigen = generalEigen(a);
@@ -422,89 +338,6 @@ void LinearFlow::move(const double* real, const double* imaginary, double t, dou
   for (int i = 0; i < zeros_; ++i) before[i] = z[i];
   for (int i = 0; i < zeros_; ++i)
     for (int j = 0; j < zeros_; ++j) z[i] += t * chain_(i, j) * before[j];
-}
-
-LinearFlow::Table LinearFlow::emptyTable() const {
-  Table t;
-  t.real.setZero(modes());
-  t.imaginary.setZero(modes());
-  t.free.setZero((flow_nodes + 1) * outputs(), size());
-  t.forced.setZero((flow_nodes + 1) * outputs(), inputs() * flow_nodes);
-  t.response.setZero(size(), inputs() * flow_nodes);
-  t.parts.setZero(3 * outputs(), inputs() * flow_nodes);
-  return t;
-}
-
-void LinearFlow::build(double h, Table& table) const {
-  table.h = h;
-  const int n = modes(), rows = outputs();
-  table.forced.setZero();
-  for (int point = 0; point <= flow_nodes; ++point) {
-    const double x = point < flow_nodes ? gauss_rule.x[point] : 1.0, t = x * h;
-    const int first = point * rows;
-    for (int k = 0; k < n; ++k) {
-      const std::complex<double> e = std::exp(lambda_[k] * t);
-      for (int o = 0; o < rows; ++o) {
-        table.free(first + o, k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
-        table.free(first + o, n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
-      }
-      if (point == flow_nodes) {
-        table.real[k] = e.real();
-        table.imaginary[k] = e.imag();
-      }
-      std::complex<double> power[flow_nodes];
-      moments(lambda_[k], h, x, e, power);
-      for (int j = 0; j < flow_nodes; ++j) {
-        double re = 0.0, im = 0.0;
-        for (int p = 0; p < flow_nodes; ++p) {
-          re += gauss_rule.lagrange[j][p] * power[p].real();
-          im += gauss_rule.lagrange[j][p] * power[p].imag();
-        }
-        for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
-          const Transfer& q = transfer_[at];
-          const int by = k * inputs() + q.input;
-          table.forced.col(column(q.input, j)).segment(first + q.output, q.outputs) +=
-              re * carried_real_.col(by).segment(q.output, q.outputs) - im * carried_imaginary_.col(by).segment(q.output, q.outputs);
-        }
-        if (point < flow_nodes) continue;
-        for (int i = 0; i < inputs(); ++i) {
-          const int at = column(i, j);
-          table.response(k, at) = re * b_(k, i) - im * b_(n + k, i);
-          table.response(n + k, at) = re * b_(n + k, i) + im * b_(k, i);
-        }
-      }
-    }
-    if (zeros_ == 0) continue;
-    // int (1 + J (t - r)) (r/h)^p dr
-    table.free.block(point * rows, 2 * n, rows, zeros_) = c_.rightCols(zeros_) + t * later_seen_;
-    for (int j = 0; j < flow_nodes; ++j) {
-      double once = 0.0, twice = 0.0, power = t;
-      for (int p = 0; p < flow_nodes; ++p, power *= x) {
-        once += gauss_rule.lagrange[j][p] * power / (p + 1);
-        twice += gauss_rule.lagrange[j][p] * power * t / ((p + 1) * (p + 2));
-      }
-      for (int i = 0; i < inputs(); ++i) {
-        const int at = column(i, j);
-        table.forced.col(at).segment(point * rows, rows) += once * drifts_.col(i) + twice * later_drifts_.col(i);
-        if (point == flow_nodes)
-          table.response.col(at).tail(zeros_) = once * b_.col(i).tail(zeros_) + twice * later_pushed_.col(i);
-      }
-    }
-  }
-  for (int i = 0; i < inputs(); ++i)
-    for (int o = 0; o < rows; ++o) {
-      double constant = 0.0, highest = 0.0;
-      for (int j = 0; j < flow_nodes; ++j) {
-        const double response = table.forced(flow_nodes * rows + o, column(i, j));
-        constant += response;
-        highest += response * gauss_rule.top_value[j];
-      }
-      for (int j = 0; j < flow_nodes; ++j) {
-        table.parts(o, column(i, j)) = highest * gauss_rule.top[j];
-        table.parts(rows + o, column(i, j)) = constant * gauss_rule.weight[j];
-        table.parts(2 * rows + o, column(i, j)) = constant * gauss_rule.top[j];
-      }
-    }
 }
 
 }  // namespace amb_rotor
