@@ -1,0 +1,31 @@
+"""An effect that a nuisance hides: a set of the independent program (test/independent/blind.py) whose second effect is a mount.
+
+Contact and mount are springs in series. With its stiffness free the contact alone takes the mount's place, 15 deviations from
+what its owner believes, and leaves the runs at the floor: the search must go on there.
+"""
+from __future__ import annotations
+
+import pathlib
+import subprocess
+import sys
+
+import yaml
+
+from amb_rotor import _core
+
+BLIND = pathlib.Path(__file__).parents[1] / "independent" / "blind.py"
+INDEX = 35  # of seed 2: magnetic saturation, which shows everywhere, and a mount
+
+
+def test_a_mount_behind_a_soft_contact_is_found(tmp_path):
+    subprocess.run([sys.executable, str(BLIND), "--seed", "2", "--only", str(INDEX), "--out", str(tmp_path)], check=True)
+    folder = tmp_path / f"set-{INDEX:04d}"
+    hidden = {entry["effect"]: entry["parameters"] for entry in yaml.safe_load((folder / "truth.yaml").read_text())["effects"]}
+    assert set(hidden) == {"magnetic_saturation", "compliant_mount"}
+    dataset = _core.read_dataset(str(folder))
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=list(hidden))
+    assert [step["added"] for step in diagnosis["steps"]] == ["magnetic_saturation", "compliant_mount"]
+    assert diagnosis["steps"][0]["validation_error_contact"] < 1.0, "the mount is hidden, or this shows nothing"
+    for name in ("stiffness_N_per_m", "damping_N_s_per_m", "mass_kg"):
+        found = diagnosis["steps"][-1]["parameters"][name]
+        assert abs(found["value"] - hidden["compliant_mount"][name]["value"]) < 3 * found["std"], name
