@@ -3,6 +3,8 @@
 // What is measured to stay well inside the clearance was never in contact. A model that is being tried may well touch there: it
 // then goes by steps of a few us through chatter for nothing, and its error has kinks where it touches. Without contact it is as
 // wrong, by a smooth measure, and where it is linear its motion is exact.
+// Left out: a bearing so far off its centre that the rotor touches it within that share of the clearance, in a run whose kind says
+// that it holds no contact.
 #include <algorithm>
 #include <cmath>
 

@@ -26,7 +26,7 @@ TEST(RunsInsideTest, WhatIsMeasuredInsideIsPredictedWithoutContact) {
   EXPECT_GT(stretchOf(touching, truth).contact_step_s, 0.0);
   // out of contact it is the same motion, step by step
   EXPECT_EQ(predictedBy(truth, rec), predictedBy(truth, touching));
-  // a tenth of the clearance: the belief's motion would touch
+  // less than the motion takes: it would touch
   Model narrow = truth;
   narrow.rig.auxiliary_bearing.clearance_m = 1e-7;
   EXPECT_EQ(predictedBy(narrow, rec), predictedBy(truth, rec)) << "contact is left out";
