@@ -65,7 +65,7 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
       const double value = fitted_[e].values[i];
       Coordinate c;
       c.name = schema->id + "." + p.name;
-      c.scale = std::fabs(p.typical) > 0.0 ? std::fabs(p.typical) : 1.0;
+      c.scale = scaleOnRig(schema->id, p, belief_);
       c.lower = p.lower;
       c.upper = p.upper;
       narrowToRig(schema->id, p.name, belief_, c.lower, c.upper);

@@ -41,16 +41,26 @@ std::vector<FaultEvent> bearingFaults(const Run& run) {
 
 }  // namespace
 
-void Recording::startOfSpin(double deceleration, double& angle0, double& speed) const {
+double FreeSpin::reach(double time_s) const {
+  return decay_per_s == 0.0 ? time_s : -std::expm1(-decay_per_s * time_s) / decay_per_s;
+}
+
+double FreeSpin::lost(double time_s) const {
+  constexpr double series_below = 1e-4;  // the difference has lost half its digits there, the series' next term is 1e-9
+  const double x = decay_per_s * time_s;
+  return std::fabs(x) < series_below ? time_s * time_s * (0.5 - x / 6.0) : (time_s - reach(time_s)) / decay_per_s;
+}
+
+void Recording::startOfSpin(const FreeSpin& spin, double& angle0, double& speed) const {
   angle0 = angle0_rad;
   speed = speed_rad_s;
-  if (standstill || deceleration == 0.0 || pulses.time.size() < 2) return;
-  // least squares of angle + deceleration t^2/2 over the same pulses: a straight line again
+  if (standstill || (spin.decay_per_s == 0.0 && spin.constant_rad_s2 == 0.0) || pulses.time.size() < 2) return;
+  // least squares of angle + constant lost(t) over the same pulses: a straight line again, in reach(t)
   const std::size_t n = std::min<std::size_t>(pulses.time.size(), turns_at_start + 1);
   double st = 0, sa = 0, stt = 0, sta = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double t = pulses.time[i];
-    const double a = two_pi * static_cast<double>(pulses.turn[i]) + 0.5 * deceleration * t * t;
+    const double t = spin.reach(pulses.time[i]);
+    const double a = two_pi * static_cast<double>(pulses.turn[i]) + spin.constant_rad_s2 * spin.lost(pulses.time[i]);
     st += t;
     sa += a;
     stt += t * t;

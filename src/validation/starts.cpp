@@ -102,6 +102,14 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
   }
 }
 
+double scaleOnRig(const std::string& effect, const ParameterSchema& parameter, const Model& belief) {
+  constexpr double at_rad_s = 400.0, slower_rad_s2 = 2.0;  // 1 rad after 1 s
+  const double inertia = belief.rig.rotor.polar_inertia_kg_m2;
+  if (effect == "spin_drag" && parameter.name == "torque_N_m" && inertia > 0.0) return slower_rad_s2 * inertia;
+  if (effect == "spin_drag" && parameter.name == "decay_per_s") return slower_rad_s2 / at_rad_s;
+  return std::fabs(parameter.typical) > 0.0 ? std::fabs(parameter.typical) : 1.0;
+}
+
 bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
 
 double usableShare(const std::string& effect, double share) {

@@ -14,13 +14,13 @@ namespace {
 /// Deepest penetration that the step through a Hertzian contact is made for [m].
 constexpr double hertz_penetration_m = 2e-5;
 
-double decelerationOf(const Model& model, double speed) {
+FreeSpin freeSpinOf(const Model& model) {
   for (const auto& effect : model.effects)
     if (effect.id == "spin_drag") {
       const double inertia = model.rig.rotor.polar_inertia_kg_m2;
-      return effect.values[0] * speed + (inertia > 0.0 ? effect.values[1] / inertia : 0.0);
+      return {effect.values[0], inertia > 0.0 ? effect.values[1] / inertia : 0.0};
     }
-  return 0.0;
+  return {};
 }
 
 bool hasEffect(const Model& model, const char* id) {
@@ -53,7 +53,7 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
 LaneJob jobOf(const Recording& rec, const Model& model, double standstill_angle) {
   LaneJob job;
   job.model = &model;
-  rec.startOfSpin(decelerationOf(model, rec.speed_rad_s), job.angle0_rad, job.speed_rad_s);
+  rec.startOfSpin(freeSpinOf(model), job.angle0_rad, job.speed_rad_s);
   if (rec.standstill) job.angle0_rad = standstill_angle;
   return job;
 }
@@ -68,21 +68,12 @@ std::vector<Model> withTrialWeights(const std::vector<Model>& models, const Reco
 
 ShaftInstant shaftAt(const Recording& rec, const Model& model, double time) {
   if (rec.path != nullptr) return rec.path->at(time);
+  const FreeSpin spin = freeSpinOf(model);
   double angle0 = 0.0, speed = 0.0;
-  rec.startOfSpin(decelerationOf(model, rec.speed_rad_s), angle0, speed);
-  double decay = 0.0, constant = 0.0;
-  for (const auto& effect : model.effects)
-    if (effect.id == "spin_drag") {
-      decay = effect.values[0];
-      if (model.rig.rotor.polar_inertia_kg_m2 > 0.0)
-        constant = effect.values[1] / model.rig.rotor.polar_inertia_kg_m2;
-    }
-  // W' = -decay W - constant
-  const double x = decay * time;
-  const double shrink = std::exp(-x);
-  const double mean = std::fabs(x) < 1e-6 ? time * (1.0 - 0.5 * x) : (1.0 - shrink) / decay;
-  const double second = std::fabs(x) < 1e-4 ? 0.5 * time * time : (time - mean) / decay;
-  return {angle0 + speed * mean - constant * second, speed * shrink - constant * mean, 0.0};
+  rec.startOfSpin(spin, angle0, speed);
+  const double reach = spin.reach(time);
+  return {angle0 + speed * reach - spin.constant_rad_s2 * spin.lost(time),
+          speed * (1.0 - spin.decay_per_s * reach) - spin.constant_rad_s2 * reach, 0.0};
 }
 
 namespace {

@@ -8,6 +8,7 @@
 #include "../support/models.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/starts.hpp"
 
 namespace amb_rotor {
@@ -77,6 +78,42 @@ TEST(StartingValuesTest, DragStartsWhereThePulsesSlowDown) {
   ASSERT_EQ(steady.size(), 1u);
   EXPECT_EQ(steady[0][0], 0.0);
   EXPECT_EQ(steady[0][1], 0.0);
+}
+
+TEST(StartingValuesTest, AFreeSpinBeginsWhereItsPulsesSay) {
+  // the pulses of an integration by steps; 1e-7: its step of 1e-6 s squared, over 0.8 s, with room
+  for (const FreeSpin spin : {FreeSpin{0.5, 20.0}, FreeSpin{0.0, 20.0}, FreeSpin{0.5, 0.0}}) {
+    Recording rec = slowing(300.0, spin.decay_per_s, spin.constant_rad_s2);
+    rec.speed_rad_s = 290.0;  // whatever a straight line said
+    double angle0 = 0.0, speed = 0.0;
+    rec.startOfSpin(spin, angle0, speed);
+    EXPECT_NEAR(speed, 300.0, 1e-7 * 300.0);
+    EXPECT_NEAR(angle0, -two_pi, 1e-6) << "the first pulse is the end of the first turn";
+    const double last = rec.pulses.time.back();
+    EXPECT_NEAR(angle0 + speed * spin.reach(last) - spin.constant_rad_s2 * spin.lost(last),
+                two_pi * static_cast<double>(rec.pulses.turn.back()), 1e-5);
+  }
+}
+
+TEST(StartingValuesTest, DifferencesOfADragTurnTheShaftByLittle) {
+  // columns over steps that turn it by more are no derivatives: torques ended 57 of their deviations off
+  constexpr double fast_rad_s = 2000.0, longest_s = 2.0, allowed_rad = 0.02;
+  Model rig = belief();
+  for (const double inertia : {1e-5, 1e-3, 1.0}) {
+    rig.rig.rotor.polar_inertia_kg_m2 = inertia;
+    const FitSpace space(rig, {{"spin_drag", {0.05, inertia}}});
+    int found = 0;
+    for (const Coordinate& c : space.coordinates()) {
+      const double step = step_without_contact * c.scale, time = 0.5 * longest_s * longest_s;
+      double slower_rad_s2 = 0.0;
+      if (c.name == "spin_drag.decay_per_s") slower_rad_s2 = step * fast_rad_s;
+      if (c.name == "spin_drag.torque_N_m") slower_rad_s2 = step / inertia;
+      if (slower_rad_s2 == 0.0) continue;
+      ++found;
+      EXPECT_LT(slower_rad_s2 * time, allowed_rad) << c.name << ", inertia " << inertia;
+    }
+    EXPECT_EQ(found, 2);
+  }
 }
 
 TEST(StartingValuesTest, EveryEffectStartsInsideItsLimits) {

@@ -12,6 +12,15 @@
 
 namespace amb_rotor {
 
+/// A shaft that spins freely: W' = -decay W - constant from W0 at t = 0,
+///   W = W0 (1 - decay reach(t)) - constant reach(t),  angle = angle0 + W0 reach(t) - constant lost(t)
+struct FreeSpin {
+  double decay_per_s = 0.0, constant_rad_s2 = 0.0;
+
+  double reach(double time_s) const;  ///< (1 - e^(-decay t))/decay [s]
+  double lost(double time_s) const;   ///< (t - reach(t))/decay [s^2]
+};
+
 struct Recording {
   Run run;
   long samples = 0;
@@ -30,8 +39,8 @@ struct Recording {
 
   double duration() const { return samples / run.sample_rate_hz; }
   bool holdsContact() const { return run.holdsContact(); }
-  /// Angle and speed at t = 0 that fit the first turns when the shaft slows down at a known rate [rad/s^2].
-  void startOfSpin(double deceleration, double& angle0, double& speed) const;
+  /// Angle and speed at t = 0 that fit the first turns when the shaft slows down in a known way.
+  void startOfSpin(const FreeSpin& spin, double& angle0, double& speed) const;
 };
 
 /// Distance of a straight shaft from the centre at an axial position, by its displacements at the sensors ax, ay, bx, by [m].

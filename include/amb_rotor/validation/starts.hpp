@@ -38,4 +38,8 @@ void scaleStart(EffectSetting& effect, double share);
 void narrowToRig(const std::string& effect, const std::string& parameter, const Model& belief, double& lower,
                  double& upper);
 
+/// A change of a parameter that counts: its typical value; of spin_drag's decay and torque what turns the shaft (at 400 rad/s)
+/// back by 1 rad in the first second. Differences are taken over shares of it (validation/fit.hpp).
+double scaleOnRig(const std::string& effect, const ParameterSchema& parameter, const Model& belief);
+
 }  // namespace amb_rotor
