@@ -27,7 +27,4 @@ inline std::string pairText(const char* name, double value) {
 
 void checkOptions(const Model& model, bool skip_unreadable, std::vector<Fault>& faults);
 
-/// A sample rate at which the loop is unstable though it is stable when it is sampled faster. The model has no other fault.
-void checkSampleTime(const Model& model, std::vector<Fault>& faults);
-
 }  // namespace amb_rotor

@@ -35,30 +35,66 @@ double growth(Model model, double rate, int samples) {
   return most[2] / most[1];
 }
 
+/// The rates between which the rule begins to refuse are those between which the machine's motion begins to grow.
+void expectBorderOfTheMachine(const Model& model, const std::string& what) {
+  SCOPED_TRACE(what);
+  ASSERT_FALSE(refused(model, 10000.0));
+  ASSERT_TRUE(refused(model, 400.0));
+  double low = 400.0, high = 10000.0;
+  while (high - low > 1.0) {
+    const double middle = 0.5 * (low + high);
+    (refused(model, middle) ? low : high) = middle;
+  }
+  EXPECT_GT(growth(model, 0.98 * low, 300), 1.01) << low << " Hz";
+  EXPECT_LT(growth(model, 1.02 * low, 300), 0.999) << low << " Hz";
+  // and the growth that it tells, over the 100 samples from the second third to the last; peaks lie between samples
+  Model slow = model;
+  slow.rig.controller.sample_rate_hz = 0.96 * low;
+  const auto faults = checkRig(slow);
+  ASSERT_EQ(faults.size(), 1u);
+  const std::string told = "grows by ";
+  const double share = 0.01 * std::stod(faults[0].rule.substr(faults[0].rule.find(told) + told.size()));
+  EXPECT_NEAR(std::log(growth(model, 0.96 * low, 300)) / 100.0, std::log1p(share), 0.03 * share + 1e-4);
+}
+
 TEST(SampleTimeRule, ItsBorderIsThatOfTheMachine) {
   for (const RotorModel rotor : {RotorModel::rigid_beam, RotorModel::rigid_mass}) {
     for (const double delay : {0.0, 1e-4}) {
       Model model = levitated();
       model.rotor_model = rotor;
       model.rig.controller.delay_s = delay;
-      ASSERT_FALSE(refused(model, 10000.0));
-      ASSERT_TRUE(refused(model, 400.0));
-      double low = 400.0, high = 10000.0;
-      while (high - low > 1.0) {
-        const double middle = 0.5 * (low + high);
-        (refused(model, middle) ? low : high) = middle;
-      }
-      EXPECT_GT(growth(model, 0.98 * low, 300), 1.01) << low << " Hz, delay " << delay;
-      EXPECT_LT(growth(model, 1.02 * low, 300), 0.999) << low << " Hz, delay " << delay;
-      // and the growth that it tells, over the 100 samples from the second third to the last; peaks lie between samples
-      model.rig.controller.sample_rate_hz = 0.93 * low;
-      const auto faults = checkRig(model);
-      ASSERT_EQ(faults.size(), 1u);
-      const std::string told = "grows by ";
-      const double share = 0.01 * std::stod(faults[0].rule.substr(faults[0].rule.find(told) + told.size()));
-      EXPECT_NEAR(std::log(growth(model, 0.93 * low, 300)) / 100.0, std::log1p(share), 0.03 * share + 1e-4);
+      expectBorderOfTheMachine(model, "delay " + std::to_string(delay));
     }
   }
+}
+
+TEST(SampleTimeRule, ItsBorderIsThatOfTheMachineWhateverIsInTheLoop) {
+  Model filtered = levitated();
+  filtered.signal_chain.anti_alias = AntiAliasFilter{2.0, 3000.0};
+  expectBorderOfTheMachine(filtered, "anti-alias filter");
+
+  Model coils = levitated();
+  coils.coil = CoilCircuit{2.0, 0.02, 1000.0};
+  expectBorderOfTheMachine(coils, "coils");
+
+  Model sections = levitated();
+  sections.control.main.sections = {{SectionType::lead_lag, {150.0, 190.0}}};
+  expectBorderOfTheMachine(sections, "a lead-lag section");
+
+  Model decoupled = levitated();
+  decoupled.control.decoupled = true;
+  const auto& gains = decoupled.rig.controller;
+  decoupled.control.tilt.kp_A_per_m = 1.2 * gains.kp_A_per_m;
+  decoupled.control.tilt.kd_A_s_per_m = 1.3 * gains.kd_A_s_per_m;
+  decoupled.control.tilt.ki_A_per_m_s = gains.ki_A_per_m_s;
+  expectBorderOfTheMachine(decoupled, "translation and tilt");
+}
+
+TEST(SampleTimeRule, WhatBelongsToItsRateIsNotJudged) {
+  Model model = levitated();
+  ASSERT_TRUE(refused(model, 400.0));
+  model.control.main.sections = {{SectionType::biquad, {1.0, 0.0, 0.0, 0.0, 0.0}}};  // passes all
+  EXPECT_FALSE(refused(model, 400.0));
 }
 
 TEST(SampleTimeRule, WhatIsUnstableAtAnyRateIsPhysics) {

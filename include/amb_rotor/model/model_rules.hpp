@@ -53,6 +53,10 @@ std::vector<Fault> checkModel(const Model& model, const EffectCatalogue& catalog
 /// The part of checkModel() for the rig and its uncertainties.
 std::vector<Fault> checkRig(const Model& model, bool skip_unreadable = false);
 
+/// A sample rate at which the loop is unstable though it is stable when it is sampled faster. The model has no other fault.
+/// Declared here, defined where controllers are: magnetic_bearing/sample_time_rule.cpp.
+void checkSampleTime(const Model& model, std::vector<Fault>& faults);
+
 /// The part of checkModel() for a flexible rotor whose modes are filled in: rig.rotor.mass_kg agrees with the shaft's mass to
 /// 1 %, rig.rotor.transverse_inertia_kg_m2 with its own to 5 %, and nothing acts beside the shaft.
 std::vector<Fault> checkShaft(const Model& model, const EffectCatalogue& catalogue);
