@@ -32,14 +32,9 @@ int strideOver(const Settings& effects, int stride) {
 }
 
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
-  bool any = false;
-  for (long k = 0; k < nuisance.size(); ++k) {
-    const Coordinate& c = space.coordinates()[k];
-    if (!(std::fabs(nuisance[k] - c.prior_mean) > far_from_belief * c.prior_std)) continue;
-    nuisance[k] = c.prior_mean;
-    any = true;
-  }
-  return any;
+  const std::vector<int> far = space.farFromBelief(nuisance, far_from_belief);
+  for (const int k : far) nuisance[k] = space.coordinates()[k].prior_mean;
+  return !far.empty();
 }
 
 namespace {

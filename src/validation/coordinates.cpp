@@ -126,6 +126,13 @@ void FitSpace::addSlot(int effect, int parameter, Kind kind, const Coordinate& c
   coordinates_.push_back(coordinate);
 }
 
+std::vector<int> FitSpace::farFromBelief(const Eigen::VectorXd& x, double deviations) const {
+  std::vector<int> far;
+  for (int k = 0; k < nuisances_; ++k)
+    if (std::fabs(x[k] - coordinates_[k].prior_mean) > deviations * coordinates_[k].prior_std) far.push_back(k);
+  return far;
+}
+
 Eigen::VectorXd FitSpace::clamped(Eigen::VectorXd x) const {
   for (int i = 0; i < size(); ++i) x[i] = std::min(std::max(x[i], coordinates_[i].lower), coordinates_[i].upper);
   return x;

@@ -325,11 +325,7 @@ bool Diagnoser::clean() const {
 /// a mount in series), at the floor, too.
 bool Diagnoser::strained() const {
   constexpr double by_chance = 5.0;  // prior standard deviations
-  for (int k = 0; k < joint_.space->nuisances(); ++k) {
-    const Coordinate& c = joint_.space->coordinates()[k];
-    if (std::fabs(joint_.fit.x[k] - c.prior_mean) > by_chance * c.prior_std) return true;
-  }
-  return false;
+  return !joint_.space->farFromBelief(joint_.fit.x, by_chance).empty();
 }
 
 bool Diagnoser::structured() const {

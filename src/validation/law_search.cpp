@@ -118,15 +118,6 @@ double LawSearch::chi2(const Eigen::VectorXd& x, const std::vector<int>& which, 
   return sum;
 }
 
-/// Whether the nuisance is away from what the owner believes.
-bool LawSearch::pulled(const Eigen::VectorXd& x) const {
-  for (int k = 0; k < space_.nuisances(); ++k) {
-    const Coordinate& c = space_.coordinates()[k];
-    if (std::fabs(x[k] - c.prior_mean) > far_from_belief * c.prior_std) return true;
-  }
-  return false;
-}
-
 unsigned LawSearch::quantitiesIn(const std::vector<int>& terms) const {
   unsigned bits = 0;
   for (std::size_t i = 0; i < library_.size(); ++i)
@@ -270,7 +261,7 @@ Hypothesis LawSearch::plain(const Eigen::VectorXd& at, const std::vector<LocalSt
   Hypothesis believed = none;
   believed.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
   std::vector<Hypothesis> these = screened(believed);
-  if (pulled(at))
+  if (!space_.farFromBelief(at, far_from_belief).empty())
     for (auto& one : screened(none)) these.push_back(std::move(one));
   const auto fitted = [&] {
     refine(these, glance_iterations);
@@ -294,7 +285,7 @@ Hypothesis LawSearch::best(const Eigen::VectorXd& at, const std::vector<LocalSta
   Hypothesis stands = plain(at, local, before, count);
   if (!stands.terms.empty()) return stands;
   std::vector<Hypothesis> these = contenders(stands, first_singles, first_pairs, stakes);
-  if (pulled(at)) {  // also from the belief: what is missing may have pulled the nuisance away
+  if (!space_.farFromBelief(at, far_from_belief).empty()) {  // also from the belief: what is missing may have pulled the nuisance away
     Hypothesis believed = stands;
     believed.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
     for (auto& one : contenders(believed, first_singles, first_pairs, stakes)) these.push_back(std::move(one));

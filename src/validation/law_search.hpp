@@ -67,7 +67,6 @@ class LawSearch {
   unsigned quantitiesIn(const std::vector<int>& terms) const;
   int quantityCount(const std::vector<int>& terms) const;
   const Hypothesis& chosen(const std::vector<Hypothesis>& these, const Stakes& stakes) const;
-  bool pulled(const Eigen::VectorXd& x) const;
 
   std::vector<Hypothesis> screened(const Hypothesis& about) const;
 

@@ -40,6 +40,8 @@ class FitSpace {
 
   int size() const { return static_cast<int>(coordinates_.size()); }
   int nuisances() const { return nuisances_; }
+  /// The places of the nuisances in `x` that lie further from their belief than so many prior standard deviations.
+  std::vector<int> farFromBelief(const Eigen::VectorXd& x, double deviations) const;
   const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   const Eigen::VectorXd& start() const { return start_; }
   /// Model at a point; coordinates beyond their limits are taken at the limit.
