@@ -42,7 +42,7 @@ py::dict breakdownDict(const ErrorBreakdown& e) {
     row["error"] = bin.error;
     by_speed.append(row);
   }
-  d["error"] = e.error;
+  d["error"] = optionalError(e.error);
   d["error_free"] = optionalError(e.error_free);
   d["error_contact"] = optionalError(e.error_contact);
   d["noise_floor"] = e.noise_floor;

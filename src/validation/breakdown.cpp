@@ -83,7 +83,7 @@ ErrorBreakdown breakDown(const std::vector<Recording>& recordings, const std::ve
         }
       }
   }
-  out.error = all.root();
+  out.error = all.count > 0.0 ? all.root() : -1.0;
   if (free.count > 0.0) out.error_free = free.root();
   if (contact.count > 0.0) out.error_contact = contact.root();
   for (const auto& c : channel) out.by_channel[c.first] = c.second.root();

@@ -276,6 +276,7 @@ void Candidates::value(Trial& trial, const References& references) const {
 
 void Candidates::finish(std::vector<Trial>& trials, const References& references, const Leaders& leaders,
                         const std::function<void(const std::string&)>& tell) const {
+  if (trials.empty()) return;  // all that was asked for is adopted
   const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
   std::stable_sort(trials.begin(), trials.end(), order);
   double leader = -1e300;

@@ -54,6 +54,9 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
     progress(0.4, "refitting through contact");
     if (fit_all.size() > fit_free.size()) fitted = fit(problem, fitted.x, fit_all, local, fit_options);
   }
+  if (options.refit && fit_all.empty())
+    out.remarks.push_back("no run has use: fit: the model's numbers are taken as they are");
+  if (validate.empty()) out.remarks.push_back("no run has use: validate: nothing is held out to judge by");
   progress(0.8, "predicting");
   EvaluationOptions evaluation;
   evaluation.jacobian = false;

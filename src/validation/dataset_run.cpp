@@ -137,9 +137,14 @@ RunTable readRun(const Dataset& dataset, const Run& run) {
     if (is_whole) checkTime(result.time_s, run, faults);
     if (is_readable && !run.events.empty() && run.events.back().time_s > result.time_s.back())
       faults.add(0, "events", numberText(run.events.back().time_s),
-                 "an event comes after the end of the run");
+                 "an event comes after the end of the run, " + numberText(result.time_s.back()) + " s");
+    if (is_readable && !run.events.empty() && run.events.front().time_s < result.time_s.front())
+      faults.add(0, "events", numberText(run.events.front().time_s),
+                 "an event comes before the run's first time, " + numberText(result.time_s.front()) + " s");
   }
   faults.throwIfAny();
+  result.begins_s = result.time_s.front();
+  for (double& t : result.time_s) t -= result.begins_s;
   for (const Channel& channel : dataset.channels) {
     auto& column = columnOf(result, channel);
     column = std::move(table.values[static_cast<std::size_t>(table.indexOf(channel.name))]);

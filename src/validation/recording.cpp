@@ -74,6 +74,7 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
   Recording rec;
   rec.run = run;
   const RunTable table = readRun(dataset, run);
+  for (RunEvent& event : rec.run.events) event.time_s -= table.begins_s;
   rec.samples = static_cast<long>(table.time_s.size());
   rec.measured.assign(rec.samples * predicted_channels, 0.0);
   rec.excitation.rate_hz = run.sample_rate_hz;
@@ -90,7 +91,7 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
     }
     rec.excitation.axis[a] = table.excitation_A[a];
   }
-  rec.schedule = Schedule({}, bearingFaults(run));
+  rec.schedule = Schedule({}, bearingFaults(rec.run));
   const Channel* tacho = dataset.findChannel(ChannelMeaning::tacho);
   if (tacho != nullptr && !table.tacho.empty()) {
     TachoOptions options;

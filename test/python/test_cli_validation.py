@@ -1,6 +1,7 @@
 """compare, diagnose, adopt on the command line, and measured modes."""
 from __future__ import annotations
 
+import gzip
 import json
 import math
 import pathlib
@@ -13,6 +14,7 @@ from conftest import fewer_runs
 core = pytest.importorskip("amb_rotor._core")
 
 from amb_rotor import cli  # noqa: E402
+from amb_rotor.errors import InputError  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MEASURED = ROOT / "config/tutorial/measured"
@@ -72,7 +74,16 @@ def test_a_second_adoption_is_a_line_more_in_the_ledger(chain, tmp_path):
         shutil.copy(chain.folder / "out" / name, tmp_path)
     assert cli.main(["adopt", str(chain.folder / "out" / "diagnosis"), "--out", str(out)]) == 0
     ledger = yaml.safe_load((tmp_path / "revisions.yaml").read_text())["revisions"]
-    assert [row.get("file") for row in ledger] == [None, "model.yaml", "again.yaml"]
+    assert [row.get("file") for row in ledger] == ["model_r0.yaml", "model.yaml", "again.yaml"]
+
+
+def test_a_revision_that_would_be_written_over_keeps_a_file_of_its_own(chain, tmp_path):
+    diagnosis, out = str(chain.folder / "out" / "diagnosis"), tmp_path / "model.yaml"
+    for _ in range(3):
+        assert cli.main(["adopt", diagnosis, "--out", str(out)]) == 0
+    ledger = yaml.safe_load((tmp_path / "revisions.yaml").read_text())["revisions"]
+    assert [row["file"] for row in ledger] == ["model_r0.yaml", "model_r1.yaml", "model_r2.yaml", "model.yaml"]
+    assert [core.read_model(str(tmp_path / row["file"])).hash for row in ledger] == [row["hash"] for row in ledger]
 
 
 @pytest.mark.parametrize("effect, complaint", [("shaft_crack", "not in the ranking"), ("nonsense", "not in the ranking")])
@@ -94,6 +105,50 @@ def test_a_folder_with_other_things_is_not_overwritten(tmp_path, capsys):
     (tmp_path / "precious.txt").write_text("mine")
     assert cli.main(["diagnose", str(MEASURED), "--out", str(tmp_path)]) == 2
     assert "holds other things" in capsys.readouterr().err and (tmp_path / "precious.txt").exists()
+
+
+def error_of(folder) -> float:
+    dataset = core.read_dataset(str(folder))
+    return core.compare(dataset.belief, dataset)["errors"]["error"]
+
+
+def test_a_recording_may_begin_at_any_time(tmp_path):
+    few = fewer_runs(MEASURED, ("steady_3",), tmp_path / "few")
+    later = fewer_runs(MEASURED, ("steady_3",), tmp_path / "later")
+    lines = gzip.decompress((few / "runs" / "steady_3.csv.gz").read_bytes()).decode().splitlines()
+    assert lines[0].startswith("t_s,")
+    rows = [f"{float(line.split(',', 1)[0]) + 1234.5:.6f},{line.split(',', 1)[1]}" for line in lines[1:]]
+    (later / "runs").unlink()
+    (later / "runs").mkdir()
+    (later / "runs" / "steady_3.csv.gz").write_bytes(gzip.compress("\n".join([lines[0], *rows, ""]).encode()))
+    assert error_of(later) == pytest.approx(error_of(few), rel=1e-4)  # times are printed to 1 us
+    text = (later / "dataset.yaml").read_text()
+    assert "events: []" in text
+    (later / "dataset.yaml").write_text(text.replace("events: []", "events: [{time_s: 0.05, type: amb_off}]"))
+    with pytest.raises(InputError, match="an event comes before the run's first time"):
+        error_of(later)
+
+
+@pytest.mark.parametrize("kept, said", [(("step_1", "steady_2"), "use: validate"), (("steady_4",), "use: fit")])
+def test_runs_to_fit_and_runs_to_judge_are_asked_for(tmp_path, capsys, kept, said):
+    few = fewer_runs(MEASURED, kept, tmp_path / "few")
+    assert cli.main(["diagnose", str(few), "--effect", "static_load", "--out", str(tmp_path / "out")]) == 2
+    assert f"no run has {said}" in capsys.readouterr().err
+    assert cli.main(["compare", str(few), "--out", str(tmp_path / "compared"), "--json", "-"]) == 0
+    result = json.loads(capsys.readouterr().out)  # and nothing else there
+    assert (result["validation"]["error"] is None) == (said == "use: validate")
+    assert any(f"no run has {said}" in remark for remark in result["remarks"])
+
+
+def test_a_diagnosis_ends_where_all_that_was_asked_for_is_adopted(tmp_path):
+    few = fewer_runs(MEASURED, ("step_1", "steady_2", "steady_4"), tmp_path / "few")
+    path = tmp_path / "d.json"
+    assert cli.main(["diagnose", str(few), "--effect", "sensor_axis_rotation", "--out", str(tmp_path / "out"),
+                     "--json", str(path)]) == 0
+    result = json.loads(path.read_text())
+    assert [row["effect"] for row in result["ranking"]] == ["sensor_axis_rotation"]
+    # adopted on the way, another search on what is left had no candidate (a crash once); then a law left less
+    assert result["verdict"] == "unknown" and result["steps"] == []
 
 
 @pytest.mark.parametrize("arguments, complaint", [

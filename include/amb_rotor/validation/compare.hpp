@@ -19,7 +19,7 @@ struct SpeedError {
 };
 
 struct ErrorBreakdown {
-  double error = 0.0;          ///< over all runs, which weigh equally
+  double error = -1.0;         ///< over all runs, which weigh equally; below 0: there are none
   double error_free = -1.0;    ///< over runs in one piece; below 0: there are none
   double error_contact = -1.0; ///< over runs in windows of 10 ms; below 0: there are none
   double noise_floor = 1.0;

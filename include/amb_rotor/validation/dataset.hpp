@@ -70,7 +70,8 @@ struct Dataset {
 
 /// A run's table in SI. A vector of an absent channel is empty, all others are as long as time_s.
 struct RunTable {
-  std::vector<double> time_s;
+  std::vector<double> time_s;  ///< from the first row on, which is 0
+  double begins_s = 0.0;       ///< the first row's time in the file: a run's events count by the file's clock
   std::vector<double> tacho;  ///< in the column's unit; compare with Channel::threshold
   std::vector<double> displacement_m[4];
   std::vector<double> current_A[4];

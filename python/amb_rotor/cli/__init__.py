@@ -13,6 +13,7 @@ imports numpy, amb_rotor._core, rospy and the like inside run(), not at its top.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import importlib.util
 import os
@@ -98,9 +99,18 @@ def _terminate(signum, _frame):
     raise SystemExit(128 + signum)
 
 
+def _call(module, args) -> int:
+    """Runs the subcommand. With `--json -` stdout holds the result alone: what is for people goes to stderr."""
+    if args.json != "-":
+        return int(module.run(args) or EXIT_DONE)
+    args.json_stream = sys.stdout
+    with contextlib.redirect_stdout(sys.stderr):
+        return int(module.run(args) or EXIT_DONE)
+
+
 def _run(command: str, module, args) -> int:
     try:
-        return int(module.run(args) or EXIT_DONE)
+        return _call(module, args)
     except InputError as error:
         return _report_bad_input(command, str(error))
     except KeyboardInterrupt:

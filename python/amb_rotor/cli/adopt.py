@@ -120,6 +120,26 @@ def yaml_text(value) -> str:
     return yaml.dump(value, Dumper=Dumper, sort_keys=False)
 
 
+def _numbered(out: pathlib.Path, revision: int) -> pathlib.Path:
+    """A name beside `out` that is free: model_r0.yaml."""
+    path = out.with_name(f"{out.stem}_r{revision}{out.suffix}")
+    count = 1
+    while path.exists():
+        count += 1
+        path = out.with_name(f"{out.stem}_r{revision}_{count}{out.suffix}")
+    return path
+
+
+def _keep_earlier(out: pathlib.Path, ledger: list[dict]) -> None:
+    """What stands in `out` as a revision goes to a file of its own: each can be taken up again."""
+    for entry in ledger:
+        if entry.get("file") == out.name and out.is_file():
+            kept = _numbered(out, entry["revision"])
+            out.rename(kept)
+            entry["file"] = kept.name
+            print(f"revision {entry['revision']} is now in {kept.name}")
+
+
 def run(args) -> int:
     from amb_rotor import _core
     from amb_rotor.cli.diagnose import parameter_text
@@ -149,9 +169,13 @@ def run(args) -> int:
     revision = _tidy(revision)
     model.revision = yaml_text(revision)
     out.parent.mkdir(parents=True, exist_ok=True)
-    model.write(str(out))
     if not ledger:
-        ledger.append({"revision": 0, "hash": parent.hash, "model": parent.name, "after": revision["before"]})
+        begin = _numbered(out, 0)
+        parent.write(str(begin))
+        ledger.append({"revision": 0, "hash": parent.hash, "model": parent.name, "file": begin.name,
+                       "after": revision["before"]})
+    _keep_earlier(out, ledger)
+    model.write(str(out))
     ledger.append({"revision": len(ledger), "file": out.name, **revision})
     common.atomic_write(ledger_path, yaml_text({"format": "amb-revisions/1", "revisions": ledger}))
     for name, step in steps:

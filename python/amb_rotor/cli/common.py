@@ -82,7 +82,7 @@ def write_json(args: argparse.Namespace, result: Any) -> None:
         return
     text = json.dumps(_plain(result), indent=2, allow_nan=False) + "\n"
     if args.json == "-":
-        sys.stdout.write(text)
+        getattr(args, "json_stream", sys.stdout).write(text)
     else:
         atomic_write(args.json, text)
 

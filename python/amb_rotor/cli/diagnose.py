@@ -107,8 +107,9 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     from amb_rotor.cli.compare import Bar, load_model
     if _core.is_modes_dataset(str(folder)):
         raise InputError(f"{folder}: a data set of modes; `amb compare` says where the model fails on it")
-    for file in getattr(args, "effect_files", []):
-        _core.load_effect(str(common.input_path(file)))
+    loaded = [_core.load_effect(str(common.input_path(file)))["id"] for file in getattr(args, "effect_files", [])]
+    if args.candidates:  # one's own join those that are asked for
+        args.candidates += [name for name in loaded if name not in args.candidates]
     known = [effect["id"] for effect in _core.effect_catalogue()]
     for name in args.candidates:
         if name not in known:
