@@ -8,6 +8,7 @@
 
 #include "amb_rotor/validation/breakdown.hpp"
 #include "amb_rotor/validation/fit.hpp"
+#include "amb_rotor/validation/sensor_remarks.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
@@ -89,8 +90,8 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
       run.speed_rad_s.push_back(shaft.speed);
     }
     out.runs.push_back(std::move(run));
-    for (const auto& remark : rec.remarks) out.remarks.push_back(rec.run.id + ": " + remark);
   }
+  for (const auto& remark : remarksOn(recordings)) out.remarks.push_back(remark);
   out.errors = breakDown(recordings, out.runs, everything);
   out.validation_errors = breakDown(recordings, out.runs, validate);
   progress(1.0, "done");

@@ -10,6 +10,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/equivalent_unbalance.hpp"
 #include "amb_rotor/validation/ranking.hpp"
+#include "amb_rotor/validation/sensor_remarks.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 #include "candidates.hpp"
 #include "diagnosis_words.hpp"
@@ -423,8 +424,7 @@ bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, Diagno
 Diagnosis Diagnoser::run() {
   const auto begin = std::chrono::steady_clock::now();
   Diagnosis out;
-  for (const auto& r : candidates_.recordings())
-    for (const auto& remark : r.remarks) out.remarks.push_back(r.run.id + ": " + remark);
+  out.remarks = remarksOn(candidates_.recordings());
   baseline(out);
   first_ = joint_;
   begun_ = errors_;

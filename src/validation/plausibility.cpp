@@ -16,7 +16,7 @@ namespace {
 
 constexpr int axis_count = 4;
 constexpr double averaged_s = 1e-3, warm_up_s = 0.02;
-constexpr double clear = 0.9, unlike = 0.5;     // correlations
+constexpr double clear = 0.9, unlike = 0.3;     // correlations
 constexpr double unit_factor = 3.0;
 constexpr double same_end_bonus = 0.01;         // between currents that are alike
 constexpr int segments = 8;
@@ -52,18 +52,49 @@ std::vector<double> computedCurrent(const Recording& rec, const Model& belief, i
   return out;
 }
 
-std::vector<double> measuredCurrent(const Recording& rec, const Model& belief, int axis, long count) {
+std::vector<double> laggedExcitation(const Recording& rec, const Model& belief, int axis, long count) {
   const Amplifier<double> amplifier(belief.rig);
   const double decay = amplifier.decay(1.0 / rec.run.sample_rate_hz);
   const auto& excitation = rec.excitation.axis[axis];
   double lagged = 0.0;
   std::vector<double> out;
   for (long i = 0; i < count; ++i) {
-    out.push_back(rec.measured[i * predicted_channels + 4 + axis] - lagged);
+    out.push_back(lagged);
     const double now = i < static_cast<long>(excitation.size()) ? excitation[i] : 0.0;
     lagged = now + (lagged - now) * decay;
   }
   return out;
+}
+
+/// A measured current less something.
+std::vector<double> currentLess(const std::vector<double>& taken, const Recording& rec, int axis) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < taken.size(); ++i) out.push_back(rec.measured[i * predicted_channels + 4 + axis] - taken[i]);
+  return out;
+}
+
+/// Samples while the bearings are on, and how many at their begin are left out; none where a channel is missing.
+struct Judged {
+  long count = 0, width = 0, skip = 0;
+};
+
+Judged judgedPart(const Recording& rec) {
+  Judged part;
+  for (double noise : rec.noise)
+    if (noise <= 0.0) return part;
+  long count = rec.samples;
+  for (const auto& event : rec.run.events)
+    if (!event.amb_on) count = std::min(count, static_cast<long>(event.time_s * rec.run.sample_rate_hz));
+  part.width = std::max(1L, std::lround(averaged_s * rec.run.sample_rate_hz));
+  part.skip = std::lround(warm_up_s * rec.run.sample_rate_hz) + part.width;
+  part.count = count < 4 * part.skip ? 0 : count;
+  return part;
+}
+
+double product(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
 }
 
 /// Running mean, without the warm-up and the mean.
@@ -90,35 +121,20 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
   std::vector<std::string> remarks;
   const Model& belief = dataset.belief;
   if (belief.amb_model != AmbModel::linear) return remarks;
-  for (double noise : rec.noise)
-    if (noise <= 0.0) return remarks;
-  long count = rec.samples;  // while the bearings are on
-  for (const auto& event : rec.run.events)
-    if (!event.amb_on) count = std::min(count, static_cast<long>(event.time_s * rec.run.sample_rate_hz));
-  const long width = std::max(1L, std::lround(averaged_s * rec.run.sample_rate_hz));
-  const long skip = std::lround(warm_up_s * rec.run.sample_rate_hz) + width;
-  if (count < 4 * skip) return remarks;
+  const Judged part = judgedPart(rec);
+  if (part.count == 0) return remarks;
 
   std::array<std::vector<double>, axis_count> computed, measured;
-  std::array<double, axis_count> computed_square{}, measured_square{};
-  const auto squareOf = [](const std::vector<double>& v) {
-    double sum = 0.0;
-    for (double x : v) sum += x * x;
-    return sum;
-  };
   for (int a = 0; a < axis_count; ++a) {
-    computed[a] = smooth(computedCurrent(rec, belief, a, count), width, skip);
-    measured[a] = smooth(measuredCurrent(rec, belief, a, count), width, skip);
-    computed_square[a] = squareOf(computed[a]);
-    measured_square[a] = squareOf(measured[a]);
+    computed[a] = smooth(computedCurrent(rec, belief, a, part.count), part.width, part.skip);
+    measured[a] = smooth(currentLess(laggedExcitation(rec, belief, a, part.count), rec, a), part.width, part.skip);
   }
   double r[axis_count][axis_count], gain[axis_count][axis_count];
   for (int d = 0; d < axis_count; ++d)
     for (int m = 0; m < axis_count; ++m) {
-      double product = 0.0;
-      for (std::size_t i = 0; i < computed[d].size(); ++i) product += computed[d][i] * measured[m][i];
-      r[d][m] = product / std::max(std::sqrt(computed_square[d] * measured_square[m]), 1e-300);
-      gain[d][m] = product / std::max(computed_square[d], 1e-300);
+      const double both = product(computed[d], measured[m]), square = product(computed[d], computed[d]);
+      r[d][m] = both / std::max(std::sqrt(square * product(measured[m], measured[m])), 1e-300);
+      gain[d][m] = both / std::max(square, 1e-300);
     }
   std::array<int, axis_count> other{};
   for (int d = 0; d < axis_count; ++d) {
@@ -152,6 +168,48 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
                         columnOf(dataset, ChannelMeaning::control_current, d) +
                         ": the unit of one of the two columns may be another");
     }
+  }
+  return remarks;
+}
+
+std::vector<std::string> excitationRemarks(const Recording& rec, const Dataset& dataset) {
+  constexpr double wrong_sign = -0.8, not_its_own = 0.4, alike = 0.8;  // correlations
+  std::vector<std::string> remarks;
+  const Model& belief = dataset.belief;
+  const Judged part = judgedPart(rec);
+  if (belief.amb_model != AmbModel::linear || rec.holdsContact() || part.count == 0) return remarks;
+  std::array<std::vector<double>, axis_count> beyond, drive;  // the controller
+  bool driven = false;
+  for (int a = 0; a < axis_count; ++a) {
+    drive[a] = smooth(laggedExcitation(rec, belief, a, part.count), part.width, part.skip);
+    driven = driven || product(drive[a], drive[a]) > 0.0;
+    beyond[a] = smooth(currentLess(computedCurrent(rec, belief, a, part.count), rec, a), part.width, part.skip);
+  }
+  if (!driven && (rec.run.kind == RunKind::chirp || rec.run.kind == RunKind::step))
+    return {"a chirp or step without an excitation current: what drove it is not recorded, and so not predicted"};
+  const auto correlation = [&](int a, int m) {
+    return product(drive[a], beyond[m]) /
+           std::max(std::sqrt(product(drive[a], drive[a]) * product(beyond[m], beyond[m])), 1e-300);
+  };
+  for (int a = 0; a < axis_count; ++a) {
+    const double square = product(drive[a], drive[a]);
+    if (square == 0.0) continue;
+    std::array<double, axis_count> r{};
+    for (int m = 0; m < axis_count; ++m) r[m] = correlation(a, m);
+    const int best = static_cast<int>(std::max_element(r.begin(), r.end()) - r.begin());
+    const double gain = product(drive[a], beyond[a]) / square;
+    const std::string own = columnOf(dataset, ChannelMeaning::excitation_current, a);
+    const std::string current = columnOf(dataset, ChannelMeaning::control_current, a);
+    if (r[a] < wrong_sign)
+      remarks.push_back(own + " has the wrong sign against " + current + " (correlation " + text("%.2f", r[a]) +
+                        "): turn the sign of one of them");
+    else if (best != a && r[a] < not_its_own && r[best] > alike && correlation(best, best) < not_its_own)
+      remarks.push_back(own + " is found in " + columnOf(dataset, ChannelMeaning::control_current, best) + " (correlation " +
+                        text("%.2f", r[best]) + ", in " + current + " " + text("%.2f", r[a]) +
+                        "): the channels of these two axes are swapped, of the excitation or of all else");
+    else if (r[a] > alike && (gain > unit_factor || gain < 1.0 / unit_factor))
+      remarks.push_back(own + " is found in " + current + " " + text("%.3g", gain) +
+                        " times as large: the unit of one of the two columns may be another");
   }
   return remarks;
 }

@@ -5,6 +5,7 @@
 
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/plausibility.hpp"
+#include "amb_rotor/validation/sensor_remarks.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -37,6 +38,14 @@ std::vector<FaultEvent> bearingFaults(const Run& run) {
     faults.push_back(fault);
   }
   return faults;
+}
+
+/// What to think of a tacho that is faster by a whole number.
+std::string pulsesATurn(const Recording& rec, const Run& run) {
+  constexpr double whole = 0.02;
+  const double ratio = rec.speed_rad_s / radPerSecond(run.speed_hz), times = std::round(ratio);
+  if (times < 2.0 || std::fabs(ratio / times - 1.0) > whole) return "";
+  return ": it is " + std::to_string(static_cast<int>(times)) + " times as fast; are there as many pulses a turn?";
 }
 
 }  // namespace
@@ -103,7 +112,9 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
   if (!believed_turning || rec.pulses.state != TachoState::turning) {
     rec.standstill = !believed_turning;
     rec.speed_rad_s = radPerSecond(run.speed_from_tacho ? 0.0 : run.speed_hz);
-    if (believed_turning) rec.remarks.push_back("the tacho shows no turning, the belief does");
+    if (believed_turning)
+      rec.remarks.push_back(tacho == nullptr ? "there is no tacho channel: the believed speed is taken, the shaft's angle as 0"
+                                             : "the tacho shows no turning, the belief does: look at its threshold");
     return rec;
   }
   if (run.speed_from_tacho) {
@@ -121,7 +132,7 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
       rec.first_turns_s = fit.reference_time + 0.5 * fit.turns * two_pi / fit.speed;
     }
     if (std::fabs(rec.speed_rad_s / radPerSecond(run.speed_hz) - 1.0) > believed_speed_std)
-      rec.remarks.push_back("the tacho's speed differs from the believed one by more than 1 %");
+      rec.remarks.push_back("the tacho's speed differs from the believed one by more than 1 %" + pulsesATurn(rec, run));
   }
   return rec;
 }
@@ -131,8 +142,9 @@ std::vector<Recording> prepareRecordings(const Dataset& dataset) {
   for (const Run& run : dataset.runs) {
     recordings.push_back(prepareRecording(dataset, run));
     Recording& rec = recordings.back();
-    for (const auto& remark : channelRemarks(rec, dataset)) rec.remarks.push_back(remark);
-    for (const auto& remark : clockRemarks(rec)) rec.remarks.push_back(remark);
+    for (const auto& remarks : {sensorRemarks(rec, dataset), channelRemarks(rec, dataset), excitationRemarks(rec, dataset),
+                                turningRemarks(rec), clockRemarks(rec)})
+      rec.remarks.insert(rec.remarks.end(), remarks.begin(), remarks.end());
     rec.stays_inside = staysInside(rec, dataset.belief);
   }
   return recordings;

@@ -10,6 +10,7 @@
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/compare.hpp"
 #include "amb_rotor/validation/plausibility.hpp"
+#include "amb_rotor/validation/sensor_remarks.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -64,6 +65,91 @@ TEST(PlausibilityTest, MixedUnitsAreFoundWithTheirFactor) {
   ASSERT_EQ(remarks.size(), 1u);
   EXPECT_NE(remarks[0].find("ax_um asks for a control current 0.00"), std::string::npos) << remarks[0];
   EXPECT_NE(remarks[0].find("unit"), std::string::npos) << remarks[0];
+}
+
+/// The one remark holds these words.
+void expectSaid(const std::vector<std::string>& remarks, const std::vector<std::string>& words) {
+  ASSERT_EQ(remarks.size(), 1u) << words[0] << (remarks.empty() ? "" : ": " + remarks[0]);
+  for (const auto& one : words) EXPECT_NE(remarks[0].find(one), std::string::npos) << one << ": " << remarks[0];
+}
+
+TEST(PlausibilityTest, ExcitationIsHeldAgainstTheCurrents) {
+  // chirp_1 drives ax
+  const auto heard = [](const std::function<void(Recording&)>& spoil) {
+    return excitationRemarks(spoilt("chirp_1", spoil), cleanSet().dataset);
+  };
+  expectSaid(heard([](Recording& rec) { std::swap(rec.excitation.axis[0], rec.excitation.axis[2]); }),
+             {"exc_bx_A is found in iax_A", "swapped"});
+  expectSaid(heard([](Recording& rec) {  // the ends, in all but the excitation
+               for (int c : {0, 1, 4, 5}) swapColumns(rec, c, c + 2);
+             }),
+             {"exc_ax_A is found in ibx_A", "swapped"});
+  expectSaid(heard([](Recording& rec) {
+               for (double& i : rec.excitation.axis[0]) i = -i;
+             }),
+             {"exc_ax_A has the wrong sign against iax_A"});
+  expectSaid(heard([](Recording& rec) {
+               for (double& i : rec.excitation.axis[0]) i *= 1e3;
+             }),
+             {"exc_ax_A is found in iax_A 0.00", "unit"});
+  expectSaid(heard([](Recording& rec) {
+               for (auto& axis : rec.excitation.axis) axis.clear();
+             }),
+             {"without an excitation current"});
+}
+
+TEST(PlausibilityTest, SensorsThatAreDeadStuckCutOffOrBeyondTheGapAreNamed) {
+  const auto heard = [](const std::function<void(double&, double)>& change) {
+    return sensorRemarks(spoilt("steady_3",
+                                [&](Recording& rec) {
+                                  for (long i = 0; i < rec.samples; ++i)
+                                    change(rec.measured[i * predicted_channels], static_cast<double>(i) / rec.samples);
+                                }),
+                         cleanSet().dataset);
+  };
+  expectSaid(heard([](double& x, double) { x = 12e-6; }), {"one value throughout (12) in ax_um", "dead"});
+  expectSaid(heard([](double& x, double share) { x = share < 0.5 ? x : 1e-6; }), {"ax_um stays at 1 um", "stuck"});
+  double most = 0.0;
+  heard([&](double& x, double) { most = std::max(most, x); });
+  expectSaid(heard([&](double& x, double) { x = std::min(x, 0.7 * most); }), {"ax_um is cut off at", "at its end"});
+  expectSaid(heard([](double& x, double share) { x = std::fabs(share - 0.25) < 1e-4 ? -5e-3 : x; }),
+             {"ax_um reads -5000 um", "beyond the air gap"});
+}
+
+TEST(PlausibilityTest, NoiseThatTheSamplesContradictIsSaidOnceForAllChannels) {
+  for (const double wrong : {0.1, 10.0}) {
+    Dataset dataset = cleanSet().dataset;
+    for (Channel& channel : dataset.channels)
+      if (channel.meaning == ChannelMeaning::displacement) channel.noise_rms *= wrong, channel.resolution *= wrong;
+    const auto remarks = sensorRemarks(spoilt("steady_3", [](Recording&) {}), dataset);
+    expectSaid(remarks, {"of the stated noise in ax_um, ay_um, bx_um and by_um"});
+    const std::string told = "the scatter is ";
+    const double share = std::stod(remarks[0].substr(told.size()));
+    EXPECT_GT(share * wrong, 0.4);  // part of the noise moves the rotor, and so is no scatter
+    EXPECT_LT(share * wrong, 1.1);
+  }
+}
+
+TEST(PlausibilityTest, MirroredAxesAndHiddenTurnsAreFound) {
+  expectSaid(turningRemarks(spoilt("steady_3",
+                                   [](Recording& rec) {
+                                     for (int c : {0, 2, 4, 6}) scaleColumn(rec, c, -1.0);
+                                   })),
+             {"whirls backward at both ends", "mirrored"});
+  expectSaid(turningRemarks(spoilt("steady_3", [](Recording& rec) { rec.standstill = true; })), {"standing still", "Hz"});
+}
+
+TEST(PlausibilityTest, WhatIsSaidOfSeveralRunsIsOneLine) {
+  std::vector<Recording> recordings(3);
+  const char* ids[] = {"one", "two", "three"};
+  for (int i = 0; i < 3; ++i) recordings[i].run.id = ids[i];
+  recordings[0].remarks = {"1 pulse is missing after 0.3 s", "1 pulse is missing after 0.5 s"};
+  recordings[1].remarks = {"another thing"};
+  recordings[2].remarks = {"1 pulse is missing after 1.25 s"};
+  const auto lines = remarksOn(recordings);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0], "one and 1 more (three): 1 pulse is missing after 0.3 s");
+  EXPECT_EQ(lines[1], "two: another thing");
 }
 
 TEST(PlausibilityTest, AClockThatDriftsAgainstTheTachoIsFoundWithItsRate) {
