@@ -15,6 +15,8 @@ import math
 import numpy
 import scipy.linalg
 
+from amb_rotor.errors import InputError
+
 AXES = ("ax", "ay", "bx", "by")
 # Roots with more damping than this are no oscillation that a person would call a mode.
 LARGEST_DAMPING_RATIO = 0.95
@@ -72,7 +74,13 @@ def _step(a, b, seconds):
     size, inputs = b.shape
     block = numpy.zeros((size + inputs, size + inputs))
     block[:size, :size], block[:size, size:] = a * seconds, b * seconds
-    result = scipy.linalg.expm(block)
+    try:
+        with numpy.errstate(all="ignore"):
+            result = scipy.linalg.expm(block)
+    except (ValueError, OverflowError, numpy.linalg.LinAlgError):
+        result = numpy.array([[math.nan]])
+    if not numpy.isfinite(result).all():
+        raise InputError("the loop leaves all numbers within one sample: a mass, a rate or a stiffness of the model is out of range")
     return result[:size, :size], result[:size, size:]
 
 

@@ -10,6 +10,7 @@
 // numbers belong to their rate; unbalance force rejection, limits of current and voltage, converters, effects, bending modes, spin.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "amb_rotor/common/linear_algebra.hpp"
@@ -22,8 +23,8 @@
 namespace amb_rotor {
 namespace {
 
-/// How many times faster, with delay lines of at most so many samples (the matrices are of that order).
-constexpr int times_faster = 8, longest_line = 40;
+/// How many times faster, first and at most, with delay lines of at most so many samples (the matrices are of that order).
+constexpr int times_faster = 8, most_times_faster = 1 << 17, longest_line = 40;
 /// Above the round-off of eigenvalues of 1, far below any growth that can be seen.
 constexpr double growth_tolerance = 1e-7;
 /// Of states and commands when columns are taken: far below the voltage limit.
@@ -72,6 +73,7 @@ class SampledLoop {
     const int n = continuous() + memory() + 2 * (line_ + 1);
     Eigen::MatrixXd map(n, n);
     for (int i = 0; i < n; ++i) map.col(i) = step(Eigen::VectorXd::Unit(n, i));
+    if (!map.allFinite()) return std::numeric_limits<double>::infinity();  // beyond all numbers within a sample
     return generalEigenvalues(map).cwiseAbs().maxCoeff();
   }
 
@@ -178,11 +180,16 @@ void checkSampleTime(const Model& model, std::vector<Fault>& faults) {
   const double rate = model.rig.controller.sample_rate_hz;
   const double grown = SampledLoop(model, 1).growth();
   if (!(grown > 1.0 + growth_tolerance)) return;
+  // a rate far too low is stable only at one that is far higher
   const double samples = std::max(1.0, std::ceil(model.rig.controller.delay_s * rate));
-  const int faster = std::max(2, std::min(times_faster, static_cast<int>(longest_line / samples)));
-  if (!(SampledLoop(model, faster).growth() < 1.0 - growth_tolerance)) return;
+  int faster = std::max(2, std::min(times_faster, static_cast<int>(longest_line / samples)));
+  while (!(SampledLoop(model, faster).growth() < 1.0 - growth_tolerance)) {
+    faster *= 2;
+    if (faster > most_times_faster || model.rig.controller.delay_s * rate * faster > longest_line) return;
+  }
   faults.push_back({"", 0, "rig.controller.sample_rate_hz", numberText(rate),
-                    "is too low: the loop grows by " + numberText(std::round(1e4 * (grown - 1.0)) / 100.0) +
+                    "is too low: the loop grows by " +
+                        (std::isfinite(grown) ? numberText(std::round(1e4 * (grown - 1.0)) / 100.0) : "any number of") +
                         " % a sample, and is stable at " + numberText(faster * rate) + " Hz"});
 }
 

@@ -99,11 +99,11 @@ void checkUncertainty(const Model& model, bool skip_unreadable, std::vector<Faul
   }
 }
 
-/// A fault of the effect where the rig's field is not above 0.
+/// A fault of the effect where the rig's field is not above 0, or has no meaning for its bearings.
 void requireField(const Model& model, const std::string& field, const std::string& effect,
                   std::vector<Fault>& faults) {
   Rig<double>::visit(model.rig, [&](const char* name, const double& value) {
-    if (field == name && value <= 0.0)
+    if (field == name && (value <= 0.0 || !rigFieldApplies(name, model)))
       faults.push_back({"", 0, effect, "", "needs rig." + field + ", which is not stated: it would do nothing"});
   });
 }
@@ -158,6 +158,34 @@ void checkStructure(const Model& model, std::vector<Fault>& faults) {
         {"", 0, "effects.fractional_mount", "", "excludes compliant_mount; a bearing has one mount"});
 }
 
+/// What a bearing that is off its place leaves of its clearance, and of the air gap.
+void checkBearingPlaces(const Model& model, const EffectCatalogue& catalogue, std::vector<Fault>& faults) {
+  const double clearance = model.rig.auxiliary_bearing.clearance_m;
+  for (const EffectSetting& effect : model.effects) {
+    const auto value = [&](const std::string& name) {
+      const int index = catalogue.find(effect.id)->indexOf(name);
+      return effect.values[static_cast<std::size_t>(index)];
+    };
+    for (const char* end : {"a", "b"}) {
+      const std::string key = "effects." + effect.id, of = end;
+      if (effect.id == "auxiliary_bearing_misalignment" && model.amb_model == AmbModel::linear) {
+        const double offset = std::hypot(value("offset_" + of + "x_m"), value("offset_" + of + "y_m"));
+        if (!(offset + clearance < model.rig.amb.air_gap_m))
+          faults.push_back({"", 0, key + ".offset_" + of + "x_m", numberText(offset),
+                            "with the clearance, " + numberText(clearance) + " m, must be below the air gap, " +
+                                numberText(model.rig.amb.air_gap_m) + " m (or the rotor hits the magnets first)"});
+      }
+      if (effect.id == "auxiliary_bearing_tilt") {
+        const double edge = 0.5 * value("width_m") * std::hypot(value("slope_" + of + "x_rad"), value("slope_" + of + "y_rad"));
+        if (!(edge < clearance))
+          faults.push_back({"", 0, key + ".slope_" + of + "x_rad", numberText(edge),
+                            "the edges' offset, half the width times the slope, must be below the clearance, " +
+                                numberText(clearance) + " m (or the shaft does not pass)"});
+      }
+    }
+  }
+}
+
 /// What holds between the rig's numbers holds between those that effects put in their place, too.
 void checkReplaced(const Model& model, const EffectCatalogue& catalogue, std::vector<Fault>& faults) {
   for (const EffectSetting& effect : model.effects) {
@@ -193,6 +221,11 @@ std::vector<Fault> checkShaft(const Model& model, const EffectCatalogue& catalog
   };
   agrees("mass_kg", model.rig.rotor.mass_kg, shaft.mass[0], mass_agreement, "kg", "1 %");
   agrees("transverse_inertia_kg_m2", model.rig.rotor.transverse_inertia_kg_m2, shaft.mass[1], tilt_agreement, "kg m2", "5 %");
+  // the rigid tilt has slope 1, so its gyroscopic number is the shaft's own polar inertia
+  const double polar = shaft.gyroscopic.size() == shaft.mass.size() * shaft.mass.size()
+                           ? std::fabs(shaft.gyroscopic[shaft.mass.size() + 1]) : 0.0;
+  if (model.rig.rotor.polar_inertia_kg_m2 > 0.0 && polar > 0.0)  // 0: not stated
+    agrees("polar_inertia_kg_m2", model.rig.rotor.polar_inertia_kg_m2, polar, tilt_agreement, "kg m2", "5 %");
   const auto onShaft = [&](const std::string& path, double z) {
     if (!(z >= shaft.z_m.front() - end_m && z <= shaft.z_m.back() + end_m))
       faults.push_back({"", 0, path, numberText(z),
@@ -310,6 +343,7 @@ std::vector<Fault> checkModel(const Model& model, const EffectCatalogue& catalog
   checkEffects(model, catalogue, skip_unreadable, faults);
   if (faults.empty()) checkReplaced(model, catalogue, faults);
   checkStructure(model, faults);
+  if (faults.empty()) checkBearingPlaces(model, catalogue, faults);
   const std::vector<Fault> of_shaft = checkShaft(model, catalogue);
   faults.insert(faults.end(), of_shaft.begin(), of_shaft.end());
   return faults;

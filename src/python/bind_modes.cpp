@@ -102,6 +102,10 @@ LinearParts linearise(const Machine<double>& machine, double speed_hz) {
           slopes.block(n + 4, 0, 4, n), slopes.block(n + 8, 0, 4, n), slopes.block(n + 12, 0, 4, n)};
 }
 
+void requireFinite(const char* name, double value) {
+  if (!std::isfinite(value)) throw InputError({{"", 0, name, numberText(value), "must be a finite number"}});
+}
+
 }  // namespace
 
 void bindModes(py::module_& m) {
@@ -109,6 +113,7 @@ void bindModes(py::module_& m) {
       "linear_parts",
       [](const Model& model, double speed_hz) {
         requireModes(model);
+        requireFinite("speed_hz", speed_hz);
         const Machine<double> machine({&model});
         const LinearParts parts = linearise(machine, speed_hz);
         py::dict d;
@@ -148,6 +153,7 @@ void bindModes(py::module_& m) {
       "equivalent_bearings",
       [](const Model& model, double speed_hz, const std::vector<double>& frequencies_hz) {
         requireModes(model);
+        requireFinite("speed_hz", speed_hz);
         const Machine<double> machine({&model});
         const auto rows = equivalentBearings(machine, radPerSecond(speed_hz), frequencies_hz);
         const auto count = static_cast<py::ssize_t>(rows.size());

@@ -70,6 +70,11 @@ void narrowToRelations(const std::string& effect, const Model& belief, double& l
   const auto& rig = belief.rig;
   if (effect == "gyroscopic_coupling") upper = std::min(upper, 2.0 * rig.rotor.transverse_inertia_kg_m2);
   if (belief.amb_model != AmbModel::linear) return;
+  if (effect == "auxiliary_bearing_misalignment") {  // x and y together: within the square in the circle
+    const double room = std::sqrt(0.5) * (rig.amb.air_gap_m - rig.auxiliary_bearing.clearance_m) / beyond;
+    lower = std::max(lower, -room);
+    upper = std::min(upper, room);
+  }
   if (effect == "magnetic_nonlinearity" && parameter == "air_gap_m")
     lower = std::max(lower, beyond * rig.auxiliary_bearing.clearance_m);
   if (effect == "magnetic_nonlinearity" && parameter == "bias_current_A") upper = std::min(upper, rig.amb.max_current_A);

@@ -141,6 +141,17 @@ def test_a_bad_effect_is_told_once_and_by_its_name(written, meant, complaint):
     assert len(caught.value.faults) == 1 and complaint in str(caught.value.faults[0]), caught.value.faults
 
 
+@pytest.mark.parametrize("arguments, complaint", [
+    (["modes", str(MODEL), "--speed", "nan"], "speed_hz = nan"),
+    (["margins", str(MODEL), "--speed", "inf"], "speed_hz = inf"),
+    (["modes", str(MODEL), "--set", "rig.rotor.mass_kg=1e-300"], "out of range"),
+    (["check", str(MODEL), "--json", "-"], ""),
+])
+def test_numbers_without_sense_are_bad_input(capsys, arguments, complaint):
+    assert cli.main(arguments) == (2 if complaint else 0)
+    assert complaint in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("length", [".nan", "-0.0256"])
 def test_a_section_without_length_is_the_only_fault_of_its_rotor(tmp_path, capsys, length):
     path = tmp_path / "rotor.yaml"

@@ -141,6 +141,51 @@ TEST(EffectCatalogueTest, EveryEffectAloneChangesTheRun) {
   EXPECT_EQ(difference(baseline.trajectory, again.trajectory), 0.0) << "off: bit for bit";
 }
 
+TEST(EffectCatalogueTest, OnSpringsAndDampersAnEffectChangesTheRunOrIsRefused) {
+  // these have no coil and no controller: what acts there would do nothing, and nobody would notice
+  Model model = withUnbalance(springBeam(), 4e-5, 0.3, 0.02);
+  model.rig.gravity_m_s2 = 9.81;
+  model.rig.auxiliary_bearing.friction_coefficient = 0.3;
+  Scenario scenario = eventful();
+  scenario.excitations.erase(scenario.excitations.begin());  // the current
+  const auto baseline = simulate(model, scenario);
+  ASSERT_EQ(baseline.outcome.status, RunStatus::ok) << baseline.outcome.reason;
+  ASSERT_FALSE(baseline.trajectory.contacts.empty()) << "contact must occur";
+  std::set<std::string> refused;
+  for (const auto& schema : effectCatalogue().all()) {
+    const Model one = with(model, schema.id, typicalValues(schema.id));
+    if (!checkModel(one, effectCatalogue()).empty()) {
+      refused.insert(schema.id);
+      continue;
+    }
+    const auto run = simulate(one, scenario);
+    ASSERT_NE(run.outcome.status, RunStatus::integration_failed) << schema.id << run.outcome.reason;
+    EXPECT_GT(difference(baseline.trajectory, run.trajectory), 1e-9) << schema.id;
+  }
+  EXPECT_EQ(refused, (std::set<std::string>{"amplifier_lag", "control_delay", "current_saturation", "eddy_current_lag",
+                                            "magnetic_nonlinearity", "magnetic_saturation"}));
+}
+
+TEST(EffectCatalogueTest, ABearingOffItsPlaceLeavesRoomForTheRotor) {
+  const Model model = eventfulModel();
+  const auto& rig = model.rig;
+  const double room = rig.amb.air_gap_m - rig.auxiliary_bearing.clearance_m;
+  const auto faultsOf = [&](const char* effect, const std::vector<double>& values) {
+    return checkModel(with(model, effect, values), effectCatalogue());
+  };
+  const char* const misaligned = "auxiliary_bearing_misalignment";
+  EXPECT_TRUE(faultsOf(misaligned, {0.6 * room, -0.6 * room, 0.0, 0.0}).empty());
+  auto faults = faultsOf(misaligned, {0.0, 0.0, 0.8 * room, 0.8 * room});
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, std::string("effects.") + misaligned + ".offset_bx_m");
+  const char* const leaning = "auxiliary_bearing_tilt";
+  const double width = 0.02, most = 2.0 * rig.auxiliary_bearing.clearance_m / width;
+  EXPECT_TRUE(faultsOf(leaning, {0.9 * most, 0.0, 0.0, 0.0, width}).empty());
+  faults = faultsOf(leaning, {0.0, 1.1 * most, 0.0, 0.0, width});
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, std::string("effects.") + leaning + ".slope_ax_rad");
+}
+
 TEST(EffectCatalogueTest, AContactEffectLeavesAFreeRunBitForBit) {
   Scenario scenario = eventful();
   scenario.excitations.pop_back();

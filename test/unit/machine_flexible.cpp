@@ -186,6 +186,9 @@ TEST(FlexibleMachineTest, WhatActsBesideTheShaftIsRefused) {
   model = supported();
   model.rig.rotor.transverse_inertia_kg_m2 = 0.1;
   EXPECT_TRUE(refused(model, "rig.rotor.transverse_inertia_kg_m2"));
+  model = supported();  // one body has one polar inertia: that of its gyroscopic matrix, also where it spins freely
+  model.rig.rotor.polar_inertia_kg_m2 = 0.02;
+  EXPECT_TRUE(refused(model, "rig.rotor.polar_inertia_kg_m2"));
 }
 
 TEST(FlexibleMachineTest, AnOverrideCannotContradictTheGeometryEither) {

@@ -90,6 +90,13 @@ TEST(SampleTimeRule, ItsBorderIsThatOfTheMachineWhateverIsInTheLoop) {
   expectBorderOfTheMachine(decoupled, "translation and tilt");
 }
 
+TEST(SampleTimeRule, RatesFarTooLowAreRefusedToo) {
+  for (const double rate : {1.0, 10.0, 30.0, 100.0, 300.0}) EXPECT_TRUE(refused(levitated(), rate)) << rate;
+  Model late = levitated();  // the delay alone makes it unstable, whatever the rate
+  late.rig.controller.delay_s = 1.5e-3;
+  for (const double rate : {1.0, 100.0, 1000.0}) EXPECT_FALSE(refused(late, rate)) << rate;
+}
+
 TEST(SampleTimeRule, WhatBelongsToItsRateIsNotJudged) {
   Model model = levitated();
   ASSERT_TRUE(refused(model, 400.0));

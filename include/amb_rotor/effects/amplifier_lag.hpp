@@ -12,7 +12,7 @@ struct AmplifierLag {
     return {"amplifier_lag", "the current follows its command more slowly than believed",
             "the current channels beside the excitation (chirp, step)",
             {inPlaceOf("amb.amplifier_bandwidth_hz", parameter("bandwidth_hz", "Hz", 10.0, 1e6, 1000.0, std::nan(""), "first order"))},
-            false};
+            false, false, "amb.amplifier_bandwidth_hz"};
   }
 
   template <class S>

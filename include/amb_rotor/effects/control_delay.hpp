@@ -12,7 +12,7 @@ struct ControlDelay {
   static EffectSchema schema() {
     return {"control_delay", "a longer time from sample to command", "chirp or step",
             {inPlaceOf("controller.delay_s", parameter("delay_s", "s", 0.0, 5e-3, 2e-4, std::nan(""), "sample to command"))},
-            false};
+            false, false, "controller.sample_rate_hz"};
   }
 
   template <class S>

@@ -14,7 +14,7 @@ struct CurrentSaturation {
             "commands that reach the limit (strong excitation, critical speeds)",
             {inPlaceOf("amb.max_current_A",
                        parameter("max_current_A", "A", 1e-3, 1e3, 3.0, std::nan(""), "limit of a coil's current"))},
-            false};
+            false, false, "amb.max_current_A"};
   }
 
   template <class S>

@@ -24,7 +24,7 @@ struct EddyCurrentLag {
     return {"eddy_current_lag", "the force lags the current with a half-order roll-off",
             "chirp or step: displacement against current",
             {parameter("corner_hz", "Hz", 1.0, 1e7, 3000.0, 1e7, "corner of the half-order lag")},
-            false};
+            false, false, "amb.current_stiffness_N_per_A"};
   }
 
   struct Lag {

@@ -16,7 +16,7 @@ struct MagneticNonlinearity {
             "large amplitudes beside small ones",
             {inPlaceOf("amb.bias_current_A", parameter("bias_current_A", "A", 1e-3, 1e3, 2.5, std::nan(""), "i0")),
              inPlaceOf("amb.air_gap_m", parameter("air_gap_m", "m", 1e-5, 1e-2, 0.6e-3, std::nan(""), "s0, rotor centred"))},
-            false};
+            false, false, "amb.air_gap_m"};
   }
 
   template <class S>

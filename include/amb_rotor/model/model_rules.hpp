@@ -58,7 +58,7 @@ std::vector<Fault> checkRig(const Model& model, bool skip_unreadable = false);
 void checkSampleTime(const Model& model, std::vector<Fault>& faults);
 
 /// The part of checkModel() for a flexible rotor whose modes are filled in: rig.rotor.mass_kg agrees with the shaft's mass to
-/// 1 %, rig.rotor.transverse_inertia_kg_m2 with its own to 5 %, and nothing acts beside the shaft.
+/// 1 %, rig.rotor.transverse_inertia_kg_m2 and a stated polar_inertia_kg_m2 with its own to 5 %, and nothing acts beside the shaft.
 std::vector<Fault> checkShaft(const Model& model, const EffectCatalogue& catalogue);
 
 /// Throws InputError with all faults of checkModel(), if there is one.
