@@ -163,9 +163,8 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough
     std::vector<RunResult> own;
     // twice where windows are: the first pass finds the runs' offsets, the second counts with them
     const bool windows = !which.empty() && recordings_[which[0]].holdsContact();
-    evaluation.thorough = false;
-    if (windows) problem.evaluate(trial.fit.x, which, local, evaluation, nullptr);
     evaluation.thorough = thorough;
+    if (windows) problem.evaluate(trial.fit.x, which, local, evaluation, nullptr);
     problem.evaluate(trial.fit.x, which, local, evaluation, &own);
     double part = 0.0;
     for (const auto& r : own) part += r.mean_square;

@@ -105,6 +105,8 @@ class Candidates {
   /// @param prior     for Through::contact
   Trial fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
+  /// Near to the end of a fit through contact, with few unknowns and some of the windows, from where a look ended.
+  Trial approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;

@@ -17,6 +17,10 @@ constexpr double farthest_factor = 20.0;
 /// Of a rise, over the typical value of what rises: below it there is none to see.
 constexpr double least_rise = 1e-4;
 
+/// A factor of either sign goes by its logarithm above this, and is plain below. What two factors share is then told by their
+/// sum alone, along a straight valley: that of the shapes of a mode at its magnets and at its sensors ended a quarter off.
+constexpr double linear_factor = 0.05;
+
 /// Absolute uncertainties; all others are relative to the believed value.
 bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad"; }
 
@@ -98,6 +102,12 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
         c.scale = 0.1 / p.typical;
         addSlot(place, i, Kind::reciprocal, c);
         start.push_back(1.0 / std::max(value, p.lower));
+      } else if (p.role == ParameterRole::factor) {
+        c.lower = std::asinh(c.lower / linear_factor);
+        c.upper = std::asinh(c.upper / linear_factor);
+        c.scale = 0.1;
+        addSlot(place, i, Kind::factor, c);
+        start.push_back(std::asinh(value / linear_factor));
       } else if (p.lower > 0.0 && p.neutral >= p.upper) {
         c.lower = 1.0 / std::sqrt(p.upper);
         c.upper = 1.0 / std::sqrt(p.lower);
@@ -148,6 +158,7 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
       case Kind::logarithm: v[slot.parameter] = std::exp(at); break;
       case Kind::inverse_root: v[slot.parameter] = 1.0 / (at * at); break;
       case Kind::reciprocal: v[slot.parameter] = 1.0 / at; break;
+      case Kind::factor: v[slot.parameter] = linear_factor * std::sinh(at); break;
       case Kind::rise: break;  // below, when what it rises from is there
       case Kind::vector_cosine: {
         const double sine = x[slot.coordinate + 1];
@@ -199,6 +210,7 @@ int FitSpace::coordinateOf(int place, int parameter) const {
 double FitSpace::spread(Kind kind, const Coordinate& c, double x, double std) {
   const auto at = [&](double y) {
     if (kind == Kind::reciprocal) return 1.0 / y;
+    if (kind == Kind::factor) return linear_factor * std::sinh(y);
     return kind == Kind::inverse_root ? 1.0 / (y * y) : std::exp(y);
   };
   const double here = at(x);
@@ -235,6 +247,12 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
       case Kind::logarithm:
       case Kind::inverse_root:
       case Kind::reciprocal: out[slot.parameter].std = spread(slot.kind, coordinates_[c], x[c], std::sqrt(variance)); break;
+      case Kind::factor: {  // the range of values is the narrower one where no run tells: the coordinate's ends are far out
+        const double most = linear_factor * (std::sinh(coordinates_[c].upper) - std::sinh(coordinates_[c].lower));
+        out[slot.parameter].std =
+            std::min(spread(slot.kind, coordinates_[c], x[c], std::sqrt(variance)), most / std::sqrt(12.0));
+        break;
+      }
       case Kind::rise: {
         const double own = slot.sign * spread(slot.kind, coordinates_[c], x[c], std::sqrt(variance));
         const int from = coordinateOf(place, slot.other_parameter);

@@ -30,11 +30,6 @@ constexpr double least_further_contact_share = 0.4;
 /// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
 constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
-/// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
-constexpr double astray = 1.5;
-constexpr int fresh_rounds = 2;
-/// Iterations through contact alone before everything is fitted together.
-constexpr int contact_iterations = 12;
 /// Of everything together at most.
 constexpr int joint_iterations = 15;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
@@ -213,39 +208,11 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   Eigen::VectorXd own = start.nuisance();
   Settings from = effects;
   std::vector<LocalState> local = start.local;
-  if (needsContact(effects.back().id)) {  // near to its end with few unknowns and some of the windows first
-    const FitEffort effort = {Through::contact, contact_iterations, false, true};
-    Trial near = candidates_.fit(effects, &own, local, effort, &references_.prior);
-    // windows whose starts the way here has led astray hold the rest where it is: they begin anew
-    for (int round = 0; round < fresh_rounds && near.fit.finite && near.fit.squares > astray * near.fit.count; ++round) {
-      const Eigen::VectorXd at = near.nuisance();
-      local = near.local;
-      for (auto& state : local) state = begunAnew(state);
-      Trial more = candidates_.fit(near.effects(), &at, local, effort, &references_.prior);
-      if (!more.fit.finite || more.fit.chi2 >= near.fit.chi2) break;
-      near = std::move(more);
-    }
-    // a nuisance that an effect half found has pulled far away may hold it there (springs in series: one too soft, the
-    // other too stiff): once more from the belief
-    Eigen::VectorXd believed = near.nuisance();
-    if (returnToBelief(*near.space, believed)) {
-      local = near.local;
-      for (auto& state : local) state = begunAnew(state);
-      Trial more = candidates_.fit(near.effects(), &believed, local, effort, &references_.prior);
-      if (more.fit.finite && more.fit.chi2 < near.fit.chi2) near = std::move(more);
-    }
-    // what has run against a limit on the way (a mount's mass, while its stiffness was wrong) is tried from a start again
-    Settings away = near.effects();
-    if (candidates_.leaveLimits(*near.space, near.fit.x, away.back())) {
-      const Eigen::VectorXd at = near.nuisance();
-      local = near.local;
-      for (auto& state : local) state = begunAnew(state);
-      Trial more = candidates_.fit(away, &at, local, effort, &references_.prior);
-      if (more.fit.finite && more.fit.chi2 < near.fit.chi2) near = std::move(more);
-    }
+  if (needsContact(effects.back().id)) {
+    Trial near = candidates_.approach(effects, start, references_.prior);
     own = near.nuisance();
     from = near.effects();
-    local = near.local;
+    local = std::move(near.local);
   }
   joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
   Settings likelier = joint_.effects();

@@ -90,8 +90,8 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
     // steel with its fits stays below; a shape of 1 is the rms over the rotor's mass, 2 the end of a uniform beam
     if (parameter == "damping_ratio") upper = std::min(upper, 0.2);
     if (parameter.rfind("shape_", 0) == 0) {
-      lower = std::max(lower, -4.0);
-      upper = std::min(upper, 4.0);
+      lower = std::max(lower, -6.0);
+      upper = std::min(upper, 6.0);
     }
   }
   if (effect == "magnetic_saturation" && belief.rig.amb.bias_flux_density_T > 0.0)

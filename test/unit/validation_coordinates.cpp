@@ -116,6 +116,31 @@ TEST(FitSpaceTest, WhatIsNeutralAtItsUpperLimitGoesByItsInverseRoot) {
   EXPECT_NEAR(space.effectValues(0, x, covariance)[0].std, std::pow(0.01 - 1e-5, -2.0) - 1e4, 1e-8);
 }
 
+TEST(FitSpaceTest, WhatTwoFactorsShareIsAStraightLine) {
+  // a mode's shape at a magnet and at a sensor: their product is what a response tells best
+  const std::vector<double> given = {360.0, 0.006, -0.9, 0.15, -2.3, 2.0, 0.0, 1.4, -4.2};
+  const FitSpace space(belief(), {{"shaft_flexibility", given}});
+  const auto from = space.model(space.start()).effects.back().values;
+  for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(from[i], given[i], 1e-12) << "either sign, and none";
+  int magnet = -1, sensor = -1;
+  for (int k = 0; k < space.size(); ++k) {
+    if (space.coordinates()[k].name == "shaft_flexibility.shape_amb_a") magnet = k;
+    if (space.coordinates()[k].name == "shaft_flexibility.shape_sensor_a") sensor = k;
+  }
+  ASSERT_TRUE(magnet >= 0 && sensor >= 0);
+  for (const double step : {-0.5, -0.1, 0.1, 0.5}) {
+    Eigen::VectorXd x = space.start();
+    x[magnet] += step;
+    x[sensor] -= step;
+    const auto moved = space.model(x).effects.back().values;
+    EXPECT_NEAR(moved[2] / given[2], std::exp(-step), 0.02) << "a change by a factor";
+    EXPECT_NEAR(moved[2] * moved[4], given[2] * given[4], 0.01 * given[2] * given[4]) << "and the product stays";
+  }
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  covariance(sensor, sensor) = 0.01 * 0.01;
+  EXPECT_NEAR(space.effectValues(0, space.start(), covariance)[4].std, 0.01 * 2.3, 0.02 * 0.01 * 2.3);
+}
+
 TEST(FitSpaceTest, ARiseGoesByItsLogarithmAndASpeedByItsReciprocal) {
   for (const double at_rest : {0.3, 0.02}) {  // above what slides fast, and below
     const FitSpace space(belief(), {{"velocity_dependent_friction", {at_rest, 0.06, 0.8}}});

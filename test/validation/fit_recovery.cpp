@@ -331,15 +331,21 @@ TEST(WindowsTest, RingsFollowTheCoordinates) {
   ringed.effects.push_back({"inner_ring_spin", {4e-5, 5e-3}});
   const int ring = Machine<double>({&ringed}, Spin::prescribed).ringState();
   ASSERT_GE(ring, 0);
+  constexpr double told_rad_s = 50.0;
   double far = 0.0, left = 0.0;
+  int told = 0;
   for (std::size_t n = 0; n < step.starts_settled.size(); ++n)
     for (int e = 0; e < 2; ++e) {
       const auto speed = [&](const std::vector<MachineState<double>>& starts) { return starts[n].mechanics[ring + e]; };
+      // a ring that has come up to the rotor's speed tells nothing of its inertia: there its speed goes with the slips of the
+      // moment, differently on each processor
+      if (std::fabs(speed(step.starts_before) - speed(step.starts_settled)) < told_rad_s) continue;
+      ++told;
       far += std::fabs(speed(step.starts_before) - speed(step.starts_settled));
       left += std::fabs(speed(step.starts_stepped) - speed(step.starts_settled));
     }
-  ASSERT_GT(far / (2.0 * static_cast<double>(step.starts_settled.size())), 20.0) << "rad/s: another inertia, other speeds";
-  EXPECT_LT(left, 0.1 * far);
+  ASSERT_GE(told, 10) << "another inertia, other speeds";
+  EXPECT_LT(left, 0.01 * far) << "rad/s, of " << told << " speeds";
 }
 
 TEST(WindowsTest, ANewtonStepLeadsBackToTheStiffnessOfTheBearing) {

@@ -36,7 +36,7 @@ TEST(FitTest, WhatNoRunDeterminesIsAsUncertainAsItsRange) {
   for (const FittedParameter& p : space.effectValues(0, result.x, result.covariance)) {
     EXPECT_GT(p.std, 0.0) << p.name;
     if (p.name.rfind("shape_aux", 0) != 0) continue;
-    EXPECT_NEAR(p.std, 8.0 / std::sqrt(12.0), 1e-9) << "a shape lies between -4 and 4";
+    EXPECT_NEAR(p.std, 12.0 / std::sqrt(12.0), 1e-9) << "a shape lies between -6 and 6";
     ++aux;
   }
   EXPECT_EQ(aux, 2);

@@ -17,7 +17,7 @@ struct ShaftFlexibility {
                     parameter("damping_ratio", "1", 0.0, 1.0, 0.005, std::nan(""), "of critical")};
     for (const char* plane : {"amb_a", "amb_b", "sensor_a", "sensor_b", "aux_a", "aux_b", "unbalance"})
       s.parameters.push_back({std::string("shape_") + plane, "1", -20.0, 20.0,
-                              std::string(plane) == "unbalance" ? -0.7 : 0.7, 0.0, ParameterRole::plain,
+                              std::string(plane) == "unbalance" ? -0.7 : 0.7, 0.0, ParameterRole::factor,
                               "mode shape there"});
     return s;
   }

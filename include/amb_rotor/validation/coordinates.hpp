@@ -58,7 +58,7 @@ class FitSpace {
   int effectCoordinates() const { return size() - nuisances_; }
 
  private:
-  enum class Kind { plain, logarithm, inverse_root, reciprocal, rise, vector_cosine, vector_sine };
+  enum class Kind { plain, logarithm, inverse_root, reciprocal, factor, rise, vector_cosine, vector_sine };
   struct Slot {
     int effect, parameter, coordinate;
     Kind kind;
