@@ -122,6 +122,14 @@ void bindModel(py::module_& m) {
                              [](const Model& model) { return rotorModelName(model.rotor_model); })
       .def_property_readonly("amb_model", [](const Model& model) { return ambModelName(model.amb_model); })
       .def_property_readonly("effects", &effectList)
+      .def_property_readonly(
+          "faults",
+          [](const Model& model) {
+            std::vector<std::string> texts;
+            for (const auto& fault : checkModel(model, effectCatalogue())) texts.push_back(fault.text());
+            return texts;
+          },
+          "What keeps it from being run: one line for each rule of models that it breaks, as values of a fit can.")
       .def_property_readonly("text", [](const Model& model) { return modelText(model, effectCatalogue()); })
       .def_property_readonly("hash", [](const Model& model) { return modelHash(model, effectCatalogue()); })
       .def_property_readonly("fields",

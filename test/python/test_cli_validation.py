@@ -1,6 +1,7 @@
 """compare, diagnose, adopt on the command line, and measured modes."""
 from __future__ import annotations
 
+import copy
 import gzip
 import json
 import math
@@ -149,6 +150,26 @@ def test_a_diagnosis_ends_where_all_that_was_asked_for_is_adopted(tmp_path):
     assert [row["effect"] for row in result["ranking"]] == ["sensor_axis_rotation"]
     # adopted on the way, another search on what is left had no candidate (a crash once); then a law left less
     assert result["verdict"] == "unknown" and result["steps"] == []
+
+
+def test_a_diagnosis_whose_model_breaks_a_rule_is_kept(chain, tmp_path, monkeypatch, capsys):
+    class Broken:
+        faults = ["rig.controller.rate_hz: the loop is unstable at this sample rate"]
+
+        def write(self, path):
+            raise InputError(self.faults[0])
+
+    found = {**chain.diagnosis, "experiments": [
+        {"effect": "cross_coupled_stiffness", "against": "internal_damping", "name": "e", "scenario": "", "overrides": {}}]}
+    monkeypatch.setattr(core, "diagnose", lambda *_, **__: (copy.deepcopy(found), Broken(), {"internal_damping": Broken()}))
+    few = fewer_runs(MEASURED, ("step_1", "steady_2"), tmp_path / "few")
+    assert cli.main(["diagnose", str(few), "--out", str(tmp_path / "out")]) == 0
+    assert "cannot be run" in capsys.readouterr().out
+    kept = json.loads((tmp_path / "out/diagnosis.json").read_text())
+    assert kept["adopted_faults"] == Broken.faults and kept["experiments"] == []
+    assert (tmp_path / "out/report.html").is_file() and not (tmp_path / "out/adopted.yaml").exists()
+    assert cli.main(["adopt", str(tmp_path / "out"), "--out", str(tmp_path / "model.yaml")]) == 2
+    assert "unstable at this sample rate" in capsys.readouterr().err and not (tmp_path / "model.yaml").exists()
 
 
 @pytest.mark.parametrize("arguments, complaint", [

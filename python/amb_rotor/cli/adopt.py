@@ -34,7 +34,7 @@ def read_diagnosis(text: str) -> tuple[pathlib.Path, dict]:
     if diagnosis.get("format") != "amb-diagnosis/1":
         raise InputError(f"{path}: format must be amb-diagnosis/1")
     for name in ("model.yaml", "adopted.yaml"):
-        if not (folder / name).is_file():
+        if not (folder / name).is_file() and not (name == "adopted.yaml" and "adopted_faults" in diagnosis):
             raise InputError(f"{folder / name}: is missing; run `amb diagnose` again")
     return folder, diagnosis
 
@@ -45,6 +45,8 @@ def _steps_as_diagnosed(folder: pathlib.Path, diagnosis: dict):
     if not diagnosis["steps"]:
         raise InputError(f"{folder}: the verdict is {diagnosis['verdict']}: there is nothing to adopt "
                          "(--effect ID takes one of the ranking all the same)")
+    if "adopted_faults" in diagnosis:
+        raise InputError(f"{folder}: the model as fitted cannot be run: " + "; ".join(diagnosis["adopted_faults"]))
     adopted = _core.read_model(str(folder / "adopted.yaml"))
     return adopted, [(step["added"], step) for step in diagnosis["steps"]]
 

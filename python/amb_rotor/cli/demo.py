@@ -115,7 +115,7 @@ def improve(args, out: pathlib.Path, share: pathlib.Path) -> tuple[list, dict]:
     asked = argparse.Namespace(candidates=candidates, threads=0, steps=1, overrides=[])
     _, _, diagnosis, adopted, rivals = diagnose.diagnose(folder, None, asked)
     diagnose.print_diagnosis(diagnosis)
-    if not diagnosis["steps"]:
+    if not diagnosis["steps"] or adopted.faults:
         diagnose.save(out / "diagnosis", folder, dataset, model, diagnosis, adopted, [("as believed", before)], rivals)
         return [("as believed", before)], diagnosis
     with compare.Bar("comparing") as bar:

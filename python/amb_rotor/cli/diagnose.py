@@ -103,7 +103,7 @@ def single_model(model, effect: str, row: dict):
 
 def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     """Dataset, model, diagnosis, adopted model, and the models of the experiments that it proposes."""
-    from amb_rotor import _core
+    from amb_rotor import _core, experiments
     from amb_rotor.cli.compare import Bar, load_model
     if _core.is_modes_dataset(str(folder)):
         raise InputError(f"{folder}: a data set of modes; `amb compare` says where the model fails on it")
@@ -119,7 +119,18 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     with Bar("diagnosing") as bar:
         diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
                                                     threads=args.threads, most_steps=args.steps, progress=bar)
+    keep_faults(diagnosis, adopted)
+    experiments.leave_out_broken(diagnosis, rivals)
     return dataset, model, diagnosis, adopted, rivals
+
+
+def keep_faults(diagnosis: dict, adopted) -> None:
+    """A fit holds each parameter to its range, not the rules between them: a model that breaks one stays a finding, but is
+    none to be written, run or compared."""
+    if adopted.faults:
+        diagnosis["adopted_faults"] = adopted.faults
+        diagnosis["remarks"].append("the model as fitted breaks a rule of models, so that it cannot be run and adopted.yaml "
+                                    "is left out: " + "; ".join(adopted.faults))
 
 
 def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dict, adopted, stages: list, rivals: dict) -> None:
@@ -134,7 +145,8 @@ def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dic
         text = json.dumps(common._plain(diagnosis), indent=2, allow_nan=False) + "\n"
         common.atomic_write(part / "diagnosis.json", text)
         model.write(str(part / "model.yaml"))
-        adopted.write(str(part / "adopted.yaml"))
+        if "adopted_faults" not in diagnosis:
+            adopted.write(str(part / "adopted.yaml"))
         comparisons = {label: {key: comparison[key] for key in ("errors", "validation_errors")}
                        for label, comparison in zip(("before", "after"), (stage[1] for stage in stages))}
         common.atomic_write(part / "errors.json", json.dumps(common._plain(comparisons), indent=2) + "\n")
@@ -159,7 +171,7 @@ def run(args) -> int:
     may_replace(out)
     dataset, model, diagnosis, adopted, rivals = diagnose(folder, args.model, args)
     print_diagnosis(diagnosis)
-    chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] else [])
+    chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] and not adopted.faults else [])
     stages = []
     for label, one in chosen:
         with Bar(f"comparing {label}") as bar:
