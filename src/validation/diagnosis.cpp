@@ -37,6 +37,8 @@ constexpr int most_refits = 3;
 /// Of what the adopted effects leave above the floor a law may leave so much to stand in their place: where they leave
 /// structure, and where they leave little.
 constexpr double law_share = 0.8, doubtful_law_share = 0.5;
+/// Validation error without contact under which nothing is left that a law could name better than the effects adopted.
+constexpr double settled_error = 1.02;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
 /// Validation error over which a residual counts as structured.
@@ -323,15 +325,16 @@ bool Diagnoser::lawIsPlain() {
 }
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
-/// little, it must be far less, and one effect that takes most alone is not doubted.
+/// little, it must be far less, and plain: laws of several terms bend, too.
 bool Diagnoser::lawLeavesLess() {
   const bool much = errors_.validation_error_free > structured_error;
-  if (!much && clean()) return false;
-  if (!much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_)) return false;
+  if (errors_.validation_error_free < settled_error) return false;
   // the law is sought in runs without contact: it stands for no effect that shows in contact
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;
-  if (!law_) law_ = lawBeside(first_);
+  const bool most_by_one = !much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_);
+  if (most_by_one && clean()) return false;
+  if (!law_) law_ = lawBeside(first_, most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 
