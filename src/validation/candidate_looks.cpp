@@ -42,6 +42,8 @@ constexpr double out_of_reach = 1.2;
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
 /// Evidence of a leader that leaves nothing from which on candidates out of its reach are not fitted to their end.
 constexpr double beyond_doubt = 1000.0;
+/// Iterations at each length of the windows, where a first look has ended astray.
+constexpr int lengthening_iterations = 5, finishing_iterations = 12;
 /// Share of the evidence below which a round's gain ends the rounds.
 constexpr double small_gain = 0.01;
 /// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
@@ -258,14 +260,20 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     winner = std::move(more);
     value(winner, references);
   }
-  if (contact && !leaders.settles(references) && winner.fit.finite && takesMost(winner.fit, references.of(winner).fit)) {
-    // to the end at once: where it leaves nothing, the others need less
+  if (!contact || leaders.settles(references) || !winner.fit.finite) return winner;
+  const auto take = [&](Trial more) {
+    if (!more.fit.finite || more.fit.chi2 >= winner.fit.chi2) return;
+    more.others = std::move(winner.others);
+    winner = std::move(more);
+    value(winner, references);
+  };
+  FitEffort effort = {Through::contact, lengthening_iterations, false, true};
+  if (isAstray(winner)) take(lengthened(winner, effort, &references.prior));
+  if (takesMost(winner.fit, references.of(winner).fit)) {  // to the end at once: where it leaves nothing, the others need less
+    effort.iterations = finishing_iterations;
     const Eigen::VectorXd own = winner.nuisance();
-    Trial more = fit(winner.effects(), &own, winner.local, {Through::contact, round_iterations, false, true}, &references.prior);
-    if (more.fit.chi2 < winner.fit.chi2) {
-      winner = std::move(more);
-      value(winner, references);
-    }
+    take(isAstray(winner) ? lengthened(winner, effort, &references.prior)
+                          : fit(winner.effects(), &own, winner.local, {Through::contact, round_iterations, false, true}, &references.prior));
   }
   return winner;
 }

@@ -1,4 +1,6 @@
 // Fits through contact that go on from a look at an effect, before everything is fitted together.
+#include <algorithm>
+
 #include "candidates.hpp"
 
 namespace amb_rotor {
@@ -7,6 +9,8 @@ namespace {
 /// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
 constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
+/// Drop of chi2 for which a fit to everything is worth another round.
+constexpr double worth_anew = 20.0;
 /// Iterations through contact alone before everything is fitted together.
 constexpr int contact_iterations = 12;
 
@@ -20,11 +24,17 @@ std::vector<LocalState> begunAnew(std::vector<LocalState> local) {
 
 }  // namespace
 
+bool isAstray(const Trial& trial) { return trial.fit.squares > astray * trial.fit.count; }
+
 Trial Candidates::approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const {
   const Eigen::VectorXd own = start.nuisance();
   Trial near = fit(effects, &own, start.local, contact_effort, &prior);
+  if (near.fit.finite && isAstray(near)) {
+    Trial longer = lengthened(near, contact_effort, &prior);
+    if (longer.fit.finite && longer.fit.chi2 < near.fit.chi2) near = std::move(longer);
+  }
   // windows whose starts the way here has led astray hold the rest where it is: they begin anew
-  for (int round = 0; round < fresh_rounds && near.fit.finite && near.fit.squares > astray * near.fit.count; ++round) {
+  for (int round = 0; round < fresh_rounds && near.fit.finite && isAstray(near); ++round) {
     const Eigen::VectorXd at = near.nuisance();
     Trial more = fit(near.effects(), &at, begunAnew(near.local), contact_effort, &prior);
     if (!more.fit.finite || more.fit.chi2 >= near.fit.chi2) break;
@@ -42,6 +52,40 @@ Trial Candidates::approach(const Settings& effects, const Trial& start, const Qu
   Settings away = near.effects();
   if (leaveLimits(*near.space, near.fit.x, away.back())) tryFrom(away, near.nuisance());
   return near;
+}
+
+double Candidates::worstThroughContact(const Trial& trial) const {
+  const FitProblem problem(recordings_, *trial.space, offset_std_);
+  EvaluationOptions as_it_stands;
+  as_it_stands.jacobian = false;
+  std::vector<LocalState> local = trial.local;
+  std::vector<RunResult> runs;
+  problem.evaluate(trial.fit.x, fit_contact_, local, as_it_stands, &runs);
+  double worst = 0.0;
+  for (const RunResult& run : runs) worst = std::max(worst, run.mean_square);
+  return worst;
+}
+
+Trial Candidates::lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior) const {
+  Trial at = from;
+  for (const double share : {0.25, 0.5, 1.0}) {
+    effort.window_s = share * contact_window_s;
+    const Eigen::VectorXd x = at.nuisance();
+    at = fit(at.effects(), &x, begunAnew(at.local), effort, prior);
+    if (!at.fit.finite) break;
+  }
+  return at;
+}
+
+Trial Candidates::settled(Trial trial, int iterations) const {
+  const FitEffort effort = {Through::all, iterations, true};
+  for (int round = 0; round < fresh_rounds && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
+    const Eigen::VectorXd at = trial.nuisance();
+    Trial more = round == 0 ? fit(trial.effects(), &at, begunAnew(trial.local), effort) : lengthened(trial, effort, nullptr);
+    if (!more.fit.finite || more.fit.chi2 > trial.fit.chi2 - worth_anew) break;
+    trial = std::move(more);
+  }
+  return trial;
 }
 
 }  // namespace amb_rotor

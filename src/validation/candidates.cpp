@@ -126,6 +126,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   options.most_iterations = effort.iterations;
   options.scores = effort.scores;
   options.frozen = effort.frozen;
+  options.window_s = effort.window_s;
   if (effort.first_look) {
     options.attempts = 5;
     options.covariance = false;

@@ -80,7 +80,11 @@ struct FitEffort {
   int stride = 4;           ///< of those in a first look, where the effects allow it
   bool every_effect = false;  ///< at that stride also where an effect does not allow it
   const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
+  double window_s = contact_window_s;     ///< length of a window through contact
 };
+
+/// Whether a fit through contact has ended so far above the noise that its windows may have gone astray.
+bool isAstray(const Trial& trial);
 
 /// Windows through contact that fits of some effects can leave out: none where something that no sensor sees, a ring's speed,
 /// is known from window to window only.
@@ -107,6 +111,11 @@ class Candidates {
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
   /// Near to the end of a fit through contact, with few unknowns and some of the windows, from where a look ended.
   Trial approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const;
+  /// Fitted anew over windows through contact that are short at first and grow to their usual length: the longer a window, the
+  /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
+  Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior) const;
+  /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray.
+  Trial settled(Trial trial, int iterations) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;
@@ -123,6 +132,8 @@ class Candidates {
               const std::function<void(const std::string&)>& tell) const;
 
  private:
+  /// Of the runs to fit, through contact: the largest mean square over the noise as a fit has left them.
+  double worstThroughContact(const Trial& trial) const;
   /// One fit to be tried: with these effects, from this nuisance.
   using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
   /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader.

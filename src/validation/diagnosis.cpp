@@ -224,6 +224,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
                                  {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
     if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
   }
+  joint_ = candidates_.settled(std::move(joint_), joint_iterations);
   errors_ = candidates_.judge(joint_, true, true);
   adopted_ = joint_.effects();
   for (std::size_t i = 0; i < effects.size(); ++i)

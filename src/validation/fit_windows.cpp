@@ -76,7 +76,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   const int coordinates = 2 * (free_states > 0 ? machine.rotor().modes() : 0);
 
   std::vector<Window> windows;
-  const long length = std::max<long>(8, std::lround(contact_window_s * rec.run.sample_rate_hz));
+  const long length = std::max<long>(8, std::lround(options.window_s * rec.run.sample_rate_hz));
   for (long first = 0; first + length / 2 <= rec.samples; first += length)
     windows.push_back({first, std::min(first + length, rec.samples)});
   if (!windows.empty()) windows.back().last = rec.samples;

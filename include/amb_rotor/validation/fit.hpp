@@ -85,6 +85,7 @@ struct EvaluationOptions {
   bool keep_prediction = false;
   int window_passes = 1;     ///< refinements of the windows' starts
   int window_stride = 1;     ///< of groups of ten windows: only every so many-th
+  double window_s = contact_window_s;  ///< length of a window through contact
   bool thorough = false;     ///< try every guess of a start where a window is left far off: for errors that are reported
   bool all_or_nothing = false;  ///< a window whose prediction does not stay finite ends the run's evaluation
 };
@@ -122,6 +123,7 @@ struct FitOptions {
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
   int first_window_passes = 9, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1;     ///< see EvaluationOptions
+  double window_s = contact_window_s;  ///< see EvaluationOptions
   bool thorough_first = false;  ///< the first evaluation is thorough, see EvaluationOptions
   std::vector<bool> held;    ///< see EvaluationOptions
   const FrozenColumns* frozen = nullptr;  ///< see EvaluationOptions
