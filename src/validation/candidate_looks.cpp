@@ -268,7 +268,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     value(winner, references);
   };
   FitEffort effort = {Through::contact, lengthening_iterations, false, true};
-  if (isAstray(winner)) take(lengthened(winner, effort, &references.prior));
+  // where the reference is near the floor there is little to be had by what is far above it
+  if (isAstray(winner) && isAstray(references.of(winner))) take(lengthened(winner, effort, &references.prior));
   if (takesMost(winner.fit, references.of(winner).fit)) {  // to the end at once: where it leaves nothing, the others need less
     effort.iterations = finishing_iterations;
     const Eigen::VectorXd own = winner.nuisance();
