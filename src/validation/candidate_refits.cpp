@@ -1,5 +1,6 @@
 // Fits through contact that go on from a look at an effect, before everything is fitted together.
 #include <algorithm>
+#include <cmath>
 
 #include "candidates.hpp"
 
@@ -11,6 +12,11 @@ constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
 /// Drop of chi2 for which a fit to everything is worth another round.
 constexpr double worth_anew = 20.0;
+/// Such fits along a valley at most, and a difference of chi2 that windows make by the hollows that they end in.
+constexpr int valley_rounds = 3;
+constexpr double rough = 100.0;
+/// Correlation of two of an effect's parameters from which on the valley that they lie in may be curved.
+constexpr double curved = 0.97;
 /// Iterations through contact alone before everything is fitted together.
 constexpr int contact_iterations = 12;
 
@@ -22,6 +28,17 @@ std::vector<LocalState> begunAnew(std::vector<LocalState> local) {
   return local;
 }
 
+/// Largest correlation of two parameters of a fit's last effect.
+double closestCorrelation(const Trial& trial) {
+  double closest = 0.0;
+  const auto own = [&](int k) { return trial.space->coordinates()[k].name.rfind(trial.effect + ".", 0) == 0; };
+  const Eigen::MatrixXd& c = trial.fit.covariance;
+  for (int i = trial.space->nuisances(); i < trial.space->size(); ++i)
+    for (int j = i + 1; j < trial.space->size(); ++j)
+      if (own(i) && own(j)) closest = std::max(closest, std::fabs(c(i, j)) / std::sqrt(c(i, i) * c(j, j)));
+  return closest;
+}
+
 }  // namespace
 
 bool isAstray(const Trial& trial) { return trial.fit.squares > astray * trial.fit.count; }
@@ -29,7 +46,8 @@ bool isAstray(const Trial& trial) { return trial.fit.squares > astray * trial.fi
 Trial Candidates::approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const {
   const Eigen::VectorXd own = start.nuisance();
   Trial near = fit(effects, &own, start.local, contact_effort, &prior);
-  if (near.fit.finite && isAstray(near)) {
+  const bool strayed = near.fit.finite && isAstray(near);
+  if (strayed) {
     Trial longer = lengthened(near, contact_effort, &prior);
     if (longer.fit.finite && longer.fit.chi2 < near.fit.chi2) near = std::move(longer);
   }
@@ -51,6 +69,7 @@ Trial Candidates::approach(const Settings& effects, const Trial& start, const Qu
   // what has run against a limit on the way (a mount's mass, while its stiffness was wrong) is tried from a start again
   Settings away = near.effects();
   if (leaveLimits(*near.space, near.fit.x, away.back())) tryFrom(away, near.nuisance());
+  near.strayed = strayed;
   return near;
 }
 
@@ -82,9 +101,35 @@ Trial Candidates::settled(Trial trial, int iterations) const {
   for (int round = 0; round < fresh_rounds && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     Trial more = round == 0 ? fit(trial.effects(), &at, begunAnew(trial.local), effort) : lengthened(trial, effort, nullptr);
+    trial.strayed = true;
     if (!more.fit.finite || more.fit.chi2 > trial.fit.chi2 - worth_anew) break;
     trial = std::move(more);
+    trial.strayed = true;
   }
+  return trial;
+}
+
+Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterations) const {
+  if (!haveContact() || !(trial.strayed || closestCorrelation(trial) > curved)) return trial;
+  const int size = trial.space->size();
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);
+  for (int round = 0; round < valley_rounds && trial.fit.finite; ++round) {
+    const Eigen::VectorXd at = trial.nuisance();
+    const Trial here = fit(trial.effects(), &at, trial.local, {Through::contact, 0}, &prior);
+    Trial there = lengthened(here, {Through::contact, contact_iterations, true}, &prior);
+    if (!there.fit.finite) break;
+    const double drop = here.fit.chi2 - there.fit.chi2;
+    if (std::fabs(drop) < rough) {
+      const Eigen::VectorXd apart = there.fit.x - here.fit.x;
+      spread += apart * apart.transpose();
+    }
+    if (drop < worth_anew) break;
+    const Eigen::VectorXd lower = there.nuisance();
+    Trial more = fit(there.effects(), &lower, there.local, {Through::all, iterations, true});
+    if (!more.fit.finite || more.fit.chi2 >= trial.fit.chi2) break;
+    trial = std::move(more);
+  }
+  trial.fit.covariance += spread;
   return trial;
 }
 

@@ -21,6 +21,7 @@ struct Trial {
   std::vector<LocalState> local;
   std::shared_ptr<FitSpace> space;
   bool excited = true;
+  bool strayed = false;  ///< windows through contact had gone astray on the way to it
   int stride = 1;  ///< of the windows through contact that it was fitted to
   std::string note;
   std::vector<Trial> others;  ///< from other starts, where an effect has hills apart from each other
@@ -116,6 +117,9 @@ class Candidates {
   Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior) const;
   /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray.
   Trial settled(Trial trial, int iterations) const;
+  /// A fit to all runs with effects through contact, followed along the valley that it lies in by fits to the runs with contact
+  /// whose windows are short at first; where these end elsewhere and about as well, its covariance is widened by how far.
+  Trial followed(Trial trial, const QuadraticPrior& prior, int iterations) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;

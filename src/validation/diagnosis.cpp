@@ -32,6 +32,8 @@ constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
 /// Of everything together at most.
 constexpr int joint_iterations = 15;
+/// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
+constexpr double plain_promise = 200.0;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
 constexpr int most_refits = 3;
 /// Of what the adopted effects leave above the floor a law may leave so much to stand in their place: where they leave
@@ -71,6 +73,7 @@ class Diagnoser {
   std::vector<Trial> screen(double from, double to);
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
+  bool promises(const Trial& trial) const;
   bool bornOut(const CandidateErrors& before, const CandidateErrors& after) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
@@ -192,6 +195,13 @@ bool Diagnoser::earns(const Trial& trial) const {
   return trial.usable() && trial.evidence >= least_evidence && bornOut(errors_, trial.errors);
 }
 
+/// Whether a look has brought the windows that it took down from far above the noise to next to it: fitted to some windows, an
+/// effect may still be too far off for those of the runs to validate.
+bool Diagnoser::promises(const Trial& trial) const {
+  return trial.usable() && needsContact(trial.effect) && trial.evidence >= plain_promise && isAstray(references_.of(trial)) &&
+         !isAstray(trial);
+}
+
 /// Whether the runs to validate have become better by a share of what is above the floor: a wrong effect that bends a little
 /// towards the right one does not do that.
 bool Diagnoser::bornOut(const CandidateErrors& before, const CandidateErrors& after) const {
@@ -210,10 +220,12 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   Eigen::VectorXd own = start.nuisance();
   Settings from = effects;
   std::vector<LocalState> local = start.local;
+  bool strayed = false;
   if (needsContact(effects.back().id)) {
     Trial near = candidates_.approach(effects, start, references_.prior);
     own = near.nuisance();
     from = near.effects();
+    strayed = near.strayed;
     local = std::move(near.local);
   }
   joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
@@ -225,6 +237,8 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
   }
   joint_ = candidates_.settled(std::move(joint_), joint_iterations);
+  joint_.strayed = joint_.strayed || strayed;
+  if (needsContact(effects.back().id)) joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations);
   errors_ = candidates_.judge(joint_, true, true);
   adopted_ = joint_.effects();
   for (std::size_t i = 0; i < effects.size(); ++i)
@@ -357,7 +371,7 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
   int tried = 0;
   for (const Trial& t : trials) {
     if (tried == most_refits) break;
-    if (!earns(t)) continue;
+    if (!earns(t) && !promises(t)) continue;
     ++tried;
     progress(share - 0.02, "refit with " + t.effect);
     out.steps.push_back({t.effect, {}, {}});
