@@ -66,6 +66,11 @@ bool takesMost(const FitResult& fit, const FitResult& reference) {
          fit.squares - fit.count < (1.0 - most) * (reference.squares - reference.count);
 }
 
+/// Whether it has taken all but a thousandth of that: some windows may still be astray.
+bool takesNearlyAll(const FitResult& fit, const FitResult& reference) {
+  return takesMost(fit, reference) && fit.squares - fit.count < 1e-3 * (reference.squares - reference.count);
+}
+
 }  // namespace
 
 double mostThroughContact(const References& references) {
@@ -83,8 +88,9 @@ void Leaders::add(const Trial& trial, const References& references) {
     if (trial.evidence <= free) return;
     free = trial.evidence;
     free_settled = free > beyond_doubt && trial.fit.squares < settled_square * trial.fit.count;
-  } else if (trial.evidence > plain_evidence && trial.fit.squares < settled_square * trial.fit.count &&
-           takesMost(trial.fit, references.of(trial).fit)) {
+  } else if (trial.evidence > plain_evidence &&
+             (takesNearlyAll(trial.fit, references.of(trial).fit) ||
+              (trial.fit.squares < settled_square * trial.fit.count && takesMost(trial.fit, references.of(trial).fit)))) {
     through_contact = true;
   }
 }
@@ -306,7 +312,8 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       if (gained < std::max(0.5, small_gain * t.evidence) ||
           (t.evidence < leader && (settled ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
     }
-    if (t.evidence > leader) settled = t.fit.squares < settled_square * t.fit.count;
+    if (t.evidence > leader)
+      settled = t.fit.squares < settled_square * t.fit.count || (needsContact(t.effect) && leaders.through_contact);
     leader = std::max(leader, t.evidence);
   };
   int finished = 0;

@@ -56,7 +56,7 @@ double mostThroughContact(const References& references);
 struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
   bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
-  bool through_contact = false;  ///< one leaves nothing through contact: the others are looked at once there, at some windows
+  bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
 
   void add(const Trial& trial, const References& references);
   /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
