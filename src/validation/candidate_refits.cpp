@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/machine/machine.hpp"
 #include "candidates.hpp"
 
 namespace amb_rotor {
@@ -37,6 +38,12 @@ double closestCorrelation(const Trial& trial) {
     for (int j = i + 1; j < trial.space->size(); ++j)
       if (own(i) && own(j)) closest = std::max(closest, std::fabs(c(i, j)) / std::sqrt(c(i, i) * c(j, j)));
   return closest;
+}
+
+/// Whether the stator's parts have motions of their own: fits through contact, in small steps, then take minutes.
+bool movesByItself(const Model& model) {
+  const Machine<double> machine({&model}, Spin::prescribed);
+  return machine.mountState() >= 0 || machine.ringState() >= 0;
 }
 
 }  // namespace
@@ -110,7 +117,8 @@ Trial Candidates::settled(Trial trial, int iterations) const {
 }
 
 Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterations) const {
-  if (!haveContact() || !(trial.strayed || closestCorrelation(trial) > curved)) return trial;
+  const Model model = trial.space->model(trial.fit.x);
+  if (!haveContact() || movesByItself(model) || !(trial.strayed || closestCorrelation(trial) > curved)) return trial;
   const int size = trial.space->size();
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);
   for (int round = 0; round < valley_rounds && trial.fit.finite; ++round) {

@@ -119,6 +119,7 @@ class Candidates {
   Trial settled(Trial trial, int iterations) const;
   /// A fit to all runs with effects through contact, followed along the valley that it lies in by fits to the runs with contact
   /// whose windows are short at first; where these end elsewhere and about as well, its covariance is widened by how far.
+  /// As it is where mounts or rings move.
   Trial followed(Trial trial, const QuadraticPrior& prior, int iterations) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
