@@ -9,6 +9,7 @@ import pathlib
 import subprocess
 import sys
 
+import pytest
 import yaml
 
 from amb_rotor import _core
@@ -17,6 +18,7 @@ BLIND = pathlib.Path(__file__).parents[1] / "independent" / "blind.py"
 INDEX = 35  # of seed 2: magnetic saturation, which shows everywhere, and a mount
 
 
+@pytest.mark.timeout(900)  # two minutes alone; a slow machine with all its cores busy takes thrice that
 def test_a_mount_behind_a_soft_contact_is_found(tmp_path):
     subprocess.run([sys.executable, str(BLIND), "--seed", "2", "--only", str(INDEX), "--out", str(tmp_path)], check=True)
     folder = tmp_path / f"set-{INDEX:04d}"
