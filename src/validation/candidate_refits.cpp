@@ -105,14 +105,15 @@ Trial Candidates::lengthened(const Trial& from, FitEffort effort, const Quadrati
 
 Trial Candidates::settled(Trial trial, int iterations) const {
   const FitEffort effort = {Through::all, iterations, true};
+  bool strayed = false;
   for (int round = 0; round < fresh_rounds && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     Trial more = round == 0 ? fit(trial.effects(), &at, begunAnew(trial.local), effort) : lengthened(trial, effort, nullptr);
-    trial.strayed = true;
+    strayed = true;
     if (!more.fit.finite || more.fit.chi2 > trial.fit.chi2 - worth_anew) break;
     trial = std::move(more);
-    trial.strayed = true;
   }
+  trial.strayed = strayed;
   return trial;
 }
 

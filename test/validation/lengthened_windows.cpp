@@ -1,8 +1,6 @@
 // Fits through contact in which windows of the usual length go astray.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "../../src/validation/candidates.hpp"
 #include "../support/made_sets.hpp"
 
