@@ -270,16 +270,18 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   const auto take = [&](Trial more) {
     if (!more.fit.finite || more.fit.chi2 >= winner.fit.chi2) return;
     more.others = std::move(winner.others);
+    more.grown = std::max(more.grown, winner.grown);
     winner = std::move(more);
     value(winner, references);
   };
   FitEffort effort = {Through::contact, lengthening_iterations, false, true};
   // where the reference is near the floor there is little to be had by what is far above it
-  if (isAstray(winner) && isAstray(references.of(winner))) take(lengthened(winner, effort, &references.prior));
+  if (isAstray(winner) && isAstray(references.of(winner))) take(lengthened(winner, effort, &references.prior, &references.of(winner)));
   if (takesMost(winner.fit, references.of(winner).fit)) {  // to the end at once: where it leaves nothing, the others need less
     effort.iterations = finishing_iterations;
     const Eigen::VectorXd own = winner.nuisance();
-    take(isAstray(winner) ? lengthened(winner, effort, &references.prior)
+    const bool at_rest = winner.grown > 0.0 && winner.fit.iterations < lengthening_iterations;
+    take(isAstray(winner) && !at_rest ? lengthened(winner, effort, &references.prior)
                           : fit(winner.effects(), &own, winner.local, {Through::contact, round_iterations, false, true}, &references.prior));
   }
   return winner;
@@ -304,6 +306,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       const bool comparable = more.stride == t.stride;
       if (comparable && more.fit.chi2 > t.fit.chi2) break;
       const double was = t.evidence;
+      more.grown = t.grown;
       t = std::move(more);
       value(t, references);
       if (t.evidence < hopeless || !comparable) break;
@@ -330,7 +333,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     goOn(t, {contact ? Through::contact : Through::free, round_iterations, false, contact});
     // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {
-      if (t.evidence < (settled ? near : in_reach) * leader) break;
+      if (t.evidence < (settled ? near : in_reach) * leader || (contact && takesNearlyAll(t.fit, references.of(t).fit))) break;
       value(other, references);
       goOn(other, {contact ? Through::contact : Through::free, contact ? round_iterations : climbing_iterations, false, contact});
       if (other.evidence > t.evidence) t = std::move(other);

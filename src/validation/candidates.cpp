@@ -134,12 +134,18 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
     options.thorough_first = effort.through == Through::contact;  // a window that begins wrong outweighs many
     if (effort.through == Through::contact)
       options.window_stride = trial.stride = effort.every_effect ? effort.stride : strideOver(effects, effort.stride);
+    options.window_offset = look_offset_;
   }
+  if (effort.through == Through::all && !effects.empty() && needsContact(effects.back().id)) options.thorough_first = true;
   if (effort.through == Through::free) options.held = heldWithoutContact(*trial.space);
   if (effort.through == Through::contact && prior != nullptr) {
     options.held = heldThroughContact(*trial.space, *prior);
     for (int k = 0; k < trial.space->nuisances(); ++k)
       if (options.held[k]) start[k] = prior->centre[k];
+  }
+  if (effort.held >= 0) {
+    options.held.resize(trial.space->size(), false);
+    options.held[effort.held] = true;
   }
   std::vector<int> which = effort.through == Through::contact ? fit_contact_ : fit_free_;
   if (effort.through == Through::all) which.insert(which.end(), fit_contact_.begin(), fit_contact_.end());
@@ -191,7 +197,7 @@ double Candidates::evidence(const Trial& trial, const Trial& against) const {
                 more * std::log(std::max(2.0, trial.stride * trial.fit.count)));
 }
 
-References Candidates::referencesOf(const Trial& free, const Trial& all) const {
+References Candidates::referencesOf(const Trial& free, const Trial& all) {
   References out;
   out.free = free;
   const int n = free.space->nuisances();
@@ -203,7 +209,17 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) const {
   const Eigen::VectorXd own = all.nuisance();
   out.contact = fit(all.effects(), &own, all.local, {Through::contact, 6}, &out.prior);
   const Eigen::VectorXd at = out.contact.nuisance();
-  out.sparse = fit(out.contact.effects(), &at, out.contact.local, {Through::contact, 0, false, true}, &out.prior);
+  const FitEffort glance = {Through::contact, 0, false, true};
+  const auto above = [](const Trial& trial) { return trial.fit.chi2 - trial.fit.count; };
+  int worst = 0;
+  for (int offset = 0; offset < strideOver(all.effects(), glance.stride); ++offset) {
+    look_offset_ = offset;
+    Trial sparse = fit(out.contact.effects(), &at, out.contact.local, glance, &out.prior);
+    if (offset > 0 && !(above(sparse) > above(out.sparse))) continue;
+    worst = offset;
+    out.sparse = std::move(sparse);
+  }
+  look_offset_ = worst;
   return out;
 }
 

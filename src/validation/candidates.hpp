@@ -21,7 +21,7 @@ struct Trial {
   std::vector<LocalState> local;
   std::shared_ptr<FitSpace> space;
   bool excited = true;
-  bool strayed = false;  ///< windows through contact had gone astray on the way to it
+  double grown = 0.0;    ///< chi2 where its windows had grown to their length; 0: they have not
   int stride = 1;  ///< of the windows through contact that it was fitted to
   std::string note;
   std::vector<Trial> others;  ///< from other starts, where an effect has hills apart from each other
@@ -82,6 +82,7 @@ struct FitEffort {
   bool every_effect = false;  ///< at that stride also where an effect does not allow it
   const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
   double window_s = contact_window_s;     ///< length of a window through contact
+  int held = -1;  ///< a coordinate that stays where it is; below 0: none
 };
 
 /// Whether a fit through contact has ended so far above the noise that its windows may have gone astray.
@@ -114,20 +115,26 @@ class Candidates {
   Trial approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const;
   /// Fitted anew over windows through contact that are short at first and grow to their usual length: the longer a window, the
   /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
-  Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior) const;
+  /// @param against  a reference at the same windows; where half the length does not come well below it, `from` is returned
+  Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against = nullptr) const;
   /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray.
   Trial settled(Trial trial, int iterations) const;
   /// A fit to all runs with effects through contact, followed along the valley that it lies in by fits to the runs with contact
   /// whose windows are short at first; where these end elsewhere and about as well, its covariance is widened by how far.
   /// As it is where mounts or rings move.
-  Trial followed(Trial trial, const QuadraticPrior& prior, int iterations) const;
+  /// @param held_out_error  through contact, of runs that it was not fitted to: above the noise it lies elsewhere
+  Trial followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const;
+  /// Walks both ways along the valley in which its last effect lies, goes down where the runs with contact have less chi2
+  /// there, and widens its covariance by how far they do not tell the places apart.
+  Trial walked(Trial trial, const QuadraticPrior& prior, int iterations) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;
   /// Half the drop of the BIC.
   double evidence(const Trial& trial, const Trial& against) const;
-  /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows.
-  References referencesOf(const Trial& free, const Trial& all) const;
+  /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows, those that are
+  /// the farthest off. From then on looks are at these.
+  References referencesOf(const Trial& free, const Trial& all);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
   Trial look(const std::string& effect, const Settings& adopted, const References& references,
@@ -154,6 +161,7 @@ class Candidates {
   Model belief_;
   std::vector<Recording> recordings_;
   double offset_std_ = 0.0;
+  int look_offset_ = 0;  ///< of the windows of a first look
   std::vector<int> fit_free_, fit_contact_, check_free_, check_contact_;
 };
 

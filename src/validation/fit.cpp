@@ -138,6 +138,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   EvaluationOptions evaluation;
   evaluation.window_passes = options.first_window_passes;
   evaluation.window_stride = options.window_stride;
+  evaluation.window_offset = options.window_offset;
   evaluation.window_s = options.window_s;
   evaluation.all_or_nothing = true;
   evaluation.held = options.held;

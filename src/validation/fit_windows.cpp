@@ -21,9 +21,9 @@ constexpr Scales prior_of_start = {1e-4, 0.3, 1.0, 20.0};
 constexpr double score_floor = 1e-12;
 /// Mean square over the noise beyond which a window's squares count by their logarithm.
 constexpr double robust_excess = 3.0;
-/// Windows that a first look takes or leaves together: what no sensor sees (a mount, a ring) is known only from the
-/// window before.
-constexpr long group_of_windows = 10;
+/// Windows that a first look takes or leaves together span so much: what no sensor sees (a mount, a ring) is known only from
+/// the window before.
+constexpr double group_s = 10 * contact_window_s;
 /// Mean square over the noise from which on a thorough evaluation tries all guesses of a window's start.
 constexpr double thrown_off = 1.5;
 /// Share of a window's squares that its start may still win for the linear step to be trusted.
@@ -80,6 +80,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   for (long first = 0; first + length / 2 <= rec.samples; first += length)
     windows.push_back({first, std::min(first + length, rec.samples)});
   if (!windows.empty()) windows.back().last = rec.samples;
+  const long group_samples = std::max(1L, std::lround(group_s * rec.run.sample_rate_hz));
   if (local.window_start.size() != windows.size()) local.window_start.assign(windows.size(), {});
   if (local.window_ring.size() != windows.size()) local.window_ring.assign(windows.size(), {});
   // the starts follow the coordinates to first order: a step of both together, as in multiple shooting
@@ -112,8 +113,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   std::vector<double> outs;
   for (std::size_t number = 0; number < windows.size(); ++number) {
     const Window window = windows[number];
-    const long group = static_cast<long>(number) / group_of_windows;
-    if (group % options.window_stride != 0) {
+    if (window.first / group_samples % options.window_stride != options.window_offset % options.window_stride) {
       led_to = {};
       continue;
     }

@@ -7,22 +7,75 @@
 namespace amb_rotor {
 namespace {
 
-TEST(LengthenedWindows, LeadToABearingThatIsFarAside) {
-  // Offsets of up to 70 um at a contact of 1.4e8 N/m: some ten impacts in a window of 10 ms.
-  const MadeSet& set = madeSet(4300147, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
-  const EffectSetting truth = set.truth().effects.at(0);
-  const Candidates candidates(set.dataset.belief, set.dataset);
-  const std::vector<LocalState> fresh(set.recordings.size());
-  const Trial free = candidates.fit({}, nullptr, fresh, {Through::free, 10});
-  const References references = candidates.referencesOf(free, free);
-  const FitEffort effort = {Through::contact, 12, false, true};
+constexpr const char* misaligned = "auxiliary_bearing_misalignment";
+
+/// Offsets of up to 70 um at a contact of 1.4e8 N/m: some ten impacts in a window of 10 ms.
+struct FarAside {
+  const MadeSet& set = madeSet(4300147, misaligned, 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  EffectSetting truth = set.truth().effects.at(0);
+  Candidates candidates{set.dataset.belief, set.dataset};
+  Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+  References references = candidates.referencesOf(free, free);
+};
+
+class LengthenedWindows : public ::testing::Test {
+ protected:
+  static const FarAside& all() {
+    static const FarAside once;
+    return once;
+  }
+  const Candidates& candidates = all().candidates;
+  const References& references = all().references;
+  const EffectSetting& truth = all().truth;
+};
+
+TEST_F(LengthenedWindows, LeadToABearingThatIsFarAside) {
+  const FitEffort look = {Through::contact, 12, false, true};
   const Eigen::VectorXd own = references.contact.nuisance();
-  const Trial astray = candidates.fit({{truth.id, {0.0, 0.0, 0.0, 0.0}}}, &own, references.contact.local, effort, &references.prior);
+  const Trial astray = candidates.fit({{misaligned, {0.0, 0.0, 0.0, 0.0}}}, &own, references.contact.local, look, &references.prior);
   ASSERT_TRUE(isAstray(astray)) << "windows of the usual length find it alone, and this shows nothing";
-  const Trial found = candidates.lengthened(astray, effort, &references.prior);
+  const Trial found = candidates.lengthened(astray, look, &references.prior);
   EXPECT_FALSE(isAstray(found));
   for (std::size_t k = 0; k < truth.values.size(); ++k)  // some ten deviations of a fit to all windows, 1 % of what was missing
     EXPECT_NEAR(found.effects()[0].values[k], truth.values[k], 7e-7) << k;
+}
+
+TEST_F(LengthenedWindows, ALookAtTheWrongEffectEndsBeforeTheyAreLong) {
+  const Trial wrong = candidates.look("velocity_dependent_friction", {}, references, {});
+  ASSERT_TRUE(wrong.fit.finite && isAstray(wrong) && isAstray(references.of(wrong)));
+  EXPECT_EQ(wrong.grown, 0.0);
+  const Trial right = candidates.look(misaligned, {}, references, {});
+  EXPECT_GT(right.grown, 0.0);
+  EXPECT_FALSE(isAstray(right));
+}
+
+TEST_F(LengthenedWindows, AFitToAllRunsThatLeavesSomeAstrayGoesOnFromThere) {
+  // two thirds of the way: windows of 10 ms do not lead on from there
+  EffectSetting near = truth;
+  for (double& value : near.values) value *= 0.65;
+  const Eigen::VectorXd own = references.contact.nuisance();
+  Trial joint = candidates.fit({near}, &own, references.contact.local, {Through::all, 1, true});
+  ASSERT_TRUE(isAstray(joint)) << "there is nothing to settle";
+  const Trial settled = candidates.settled(joint, 8);
+  EXPECT_FALSE(isAstray(settled)) << settled.fit.squares / settled.fit.count;
+  // where it ended every run is at its noise, those to validate, too: it is not followed elsewhere
+  const Trial followed = candidates.followed(settled, references.prior, 8, 0.9);
+  EXPECT_EQ(followed.fit.chi2, settled.fit.chi2);
+  EXPECT_EQ((followed.fit.covariance - settled.fit.covariance).norm(), 0.0);
+}
+
+TEST(DiagnosisThroughContact, RefitsWhatALookHasBroughtDownBeforeTheRunsToValidateJudgeIt) {
+  const MadeSet& set = madeSet(4300147, "auxiliary_bearing_misalignment", 0.0, true,
+                               {"chirp_1", "chirp_4", "rub_1", "drop_1", "rub_2", "drop_2"});
+  ASSERT_FALSE(set.runs(RunUse::validate, true).empty());
+  DiagnosisOptions options;
+  options.candidates = {"auxiliary_bearing_misalignment"};
+  options.threads = 2;
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(found.verdict, "effect");
+  ASSERT_EQ(found.steps.size(), 1u);
+  EXPECT_GT(found.baseline.validation_error_contact, 5.0);
+  EXPECT_LT(found.steps[0].errors.validation_error_contact, 1.0);  // starts of windows are fitted: below the noise
 }
 
 }  // namespace

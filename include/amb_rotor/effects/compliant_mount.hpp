@@ -18,6 +18,7 @@ struct CompliantMount {
          parameter("mass_kg", "kg", 1e-4, 1e3, 0.07, std::nan(""), "moving bearing of one end")},
         true};
     schema.mimic = "auxiliary_bearing.contact.stiffness_N_per_m";  // a contact that gives way is soft, too
+    schema.slow_to_predict = true;
     return schema;
   }
 

@@ -45,6 +45,7 @@ struct EffectSchema {
   std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
   std::shared_ptr<const EffectLaw> law = nullptr;  ///< of an effect that a file defines
   std::string mimic = {};  ///< number of the rig that stands in for the effect where a model lacks it, and has to give way
+  bool slow_to_predict = false;  ///< parts of the stator move: through contact, in small steps
   bool lasting = false;    ///< has a state that goes on from one window through contact to the next: a part of them tells little
 
   int indexOf(const std::string& name) const {

@@ -84,7 +84,8 @@ struct EvaluationOptions {
   bool scores = false;       ///< fill NormalEquations::scores
   bool keep_prediction = false;
   int window_passes = 1;     ///< refinements of the windows' starts
-  int window_stride = 1;     ///< of groups of ten windows: only every so many-th
+  int window_stride = 1;     ///< of tenths of a second: only every so many-th
+  int window_offset = 0;     ///< the first of them
   double window_s = contact_window_s;  ///< length of a window through contact
   bool thorough = false;     ///< try every guess of a start where a window is left far off: for errors that are reported
   bool all_or_nothing = false;  ///< a window whose prediction does not stay finite ends the run's evaluation
@@ -122,7 +123,7 @@ struct FitOptions {
   int most_iterations = 8;
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
   int first_window_passes = 9, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
-  int window_stride = 1;     ///< see EvaluationOptions
+  int window_stride = 1, window_offset = 0;  ///< see EvaluationOptions
   double window_s = contact_window_s;  ///< see EvaluationOptions
   bool thorough_first = false;  ///< the first evaluation is thorough, see EvaluationOptions
   std::vector<bool> held;    ///< see EvaluationOptions
