@@ -54,7 +54,7 @@ def test_files_are_short_enough_to_read():
 
 
 def missing_words(text: str) -> list[str]:
-    """Which of an effect's statements its header comment lacks."""
+    """Which of a physical model's statements its header comment lacks."""
     comment = " ".join(line for line in text.split("#include")[0].splitlines() if line.startswith("//"))
     return [word for word in ("Valid:", "Source:", "Left out:") if word not in comment]
 
@@ -64,6 +64,18 @@ def test_every_effect_says_where_it_holds_where_it_is_from_and_what_it_leaves_ou
     effects = {name: text for name, text in texts.items() if "  static EffectSchema schema() {" in text}
     assert len(effects) >= 28
     found = {name: missing_words(text) for name, text in effects.items()}
+    assert not {name: words for name, words in found.items() if words}
+
+
+COMPONENTS = ("rotor", "magnetic_bearing", "auxiliary_bearing", "excitation")
+PHYSICS = ("machine/basic_model.hpp", "machine/set_valued_friction.hpp")  # of the machine, where components meet
+
+
+def test_every_component_says_where_it_holds_where_it_is_from_and_what_it_leaves_out():
+    headers = files(tuple(f"include/amb_rotor/{layer}" for layer in COMPONENTS), (".hpp",))
+    headers += [ROOT / "include" / "amb_rotor" / name for name in PHYSICS]
+    assert len(headers) >= 23
+    found = {path.name: missing_words(path.read_text()) for path in headers}
     assert not {name: words for name, words in found.items() if words}
 
 

@@ -10,7 +10,10 @@
 //     The force acts at the rotor's surface, R from its centre and R + |r| from the ring's.
 //
 // The laws never pull: N is cut off at 0. The margin tells a solver where that happens: contact is
-// carried while d > 0 and margin > 0. Valid for penetration much below the clearance.
+// carried while d > 0 and margin > 0.
+// Valid: penetration much below the clearance; Hertz: small impact speeds, l v well below 1.
+// Source: thesis 3.34 to 3.38; Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; friction turned against the sliding velocity,
+// which the thesis leaves out (doc/physics.md section 7).
 // Left out: rolling resistance, edge loading by tilt, wear, heat.
 #include "amb_rotor/common/scalar.hpp"
 

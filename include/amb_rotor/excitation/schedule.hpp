@@ -4,6 +4,10 @@
 // A fault begins at start_s, grows linearly over ramp_s to its amount, and ends duration_s after its start
 // (0: never). An impulse is a half sine over duration_s. Waveforms: step A; impulse A sin(pi t/T); sine
 // A sin(2 pi f t); chirp A sin(2 pi (f0 t + (f1 - f0) t^2/(2 T))), linear in frequency.
+//
+// Valid: starts, ends and ramps are instants that a run does not integrate over.
+// Source: thesis 4.2.1 (step of a current), 4.3 (power failure, overload); the other waveforms by definition.
+// Left out: forces that depend on the motion (effects have them), noise.
 #include <array>
 #include <vector>
 

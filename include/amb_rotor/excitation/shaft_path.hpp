@@ -1,5 +1,8 @@
 #pragma once
 // The shaft's angle over time where something outside the equations of motion prescribes it.
+//   constant  W;  ramp  W linear in time between two speeds;  decay  W = W0/(1 + a (t - t0))
+// Valid: speeds that change little in a turn. Source: thesis 4.3 (decay); the others by definition.
+// Left out: what the drive needs for it (a free spin is machine/machine.hpp's).
 #include <vector>
 
 #include "amb_rotor/model/scenario.hpp"

@@ -8,7 +8,9 @@
 //   Ip Omega' = M - U (c y'' - s x'') - g U c
 // x, y the shaft's axis at the unbalance's plane [m], M the other torques about that axis [N m], g [m/s^2] along -y, Ip
 // about the axis, so that Ip > m e^2. Of several unbalances each has its plane's x, y. Energy and angular momentum with
-// these terms are kept exactly (doc/physics.md). Left out: what a fault that adds an unbalance brings to Ip.
+// these terms are kept exactly (doc/physics.md).
+// Valid: eccentricity far below the rotor's radius of gyration. Source: thesis 3.33; the reaction derived in doc/physics.md
+// section 5. Left out: what a fault that adds an unbalance brings to Ip.
 #include "amb_rotor/common/shaft.hpp"
 
 namespace amb_rotor {

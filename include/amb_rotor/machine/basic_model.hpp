@@ -34,6 +34,7 @@
 // lift-off for all laws here (N and the friction vanish there), so the saltation matrix of a contact event
 // is the identity.
 //
+// Valid: a rotor that does not tilt, on bearings that stay linear springs: displacements well below the air gap.
 // Errors: none; the ranges are the caller's to check (checkBasicParameters in basic_lanes.hpp).
 // Source: thesis, chapter 5.1, equations 5.3 to 5.6, and 3.34 to 3.37.
 // Left out: gyroscopic effect, weight, viscous linear contact damping (3.36; its force jumps at

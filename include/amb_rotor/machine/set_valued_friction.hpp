@@ -17,6 +17,8 @@
 // matters, B is singular: a share of 1e-9 of its trace on its diagonal takes the solution of least norm.
 //
 // Lanes of fixed steps refuse it by name: they have no events, and whether an end sticks is a mode of each lane.
+// Valid: one friction force an end; ends that touch slowly enough for contacts to be located.
+// Source: Coulomb, thesis 3.38; stick derived in doc/physics.md section 3.
 // Left out: rolling resistance, a stick that grows with the time at rest, presliding compliance of the surfaces.
 #include <string>
 

@@ -3,6 +3,9 @@
 // so its current is known exactly at any time in between:
 //   c = limited(command + excitation),  i(t) = c + (i(t0) - c) exp(-2 pi f (t - t0))
 // Limit: the coils carry bias +- i, each within 0 and the largest current (none is left where the bias exceeds it).
+// Valid: as long as the amplifier has the voltage for the current's slew; coil.hpp has that limit.
+// Source: thesis 3.2.2, figure 3.11 (the amplifier in the loop), 4.1 (5 A); the lag itself is assumed, the thesis gives none.
+// Left out: ripple of a switched amplifier, its dead time and its supply.
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/model/rig.hpp"
 

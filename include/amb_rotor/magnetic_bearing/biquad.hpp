@@ -5,7 +5,8 @@
 // s = k (1 - 1/z)/(1 + 1/z), k = w0/tan(w0 T/2). That is exact, gain and phase, at rest and at w0: the notch's centre
 // w, the lead-lag's frequency of most phase sqrt(wz wp). Elsewhere the frequency axis is bent: the response at w is
 // the continuous one at k tan(w T/2).
-// Range: w0 below pi/T. Left out: word length of the controller.
+// Valid: w0 below pi/T. Source: the bilinear rule with its frequency bent, derived in doc/physics.md section 2.
+// Left out: word length of the controller.
 #include <cmath>
 
 #include "amb_rotor/common/units.hpp"

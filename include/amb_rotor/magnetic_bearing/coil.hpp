@@ -11,6 +11,7 @@
 // slope Ki i along x where Ki = 2 L i0/s0, and d(linkage)/dt = +-(L i' + (Ki/2) x'). Energy: both coils take in
 //   2 v i = 2 R i^2 + d(L i^2)/dt + Ki i x',
 // and Ki i x' is what the control force gives the rotor.
+// Valid: rotor near the centre of the gap, iron below its knee, both coils carrying current.
 // Source: thesis 4.1 (120 V, 5 A); energies as above; Schweitzer and Maslen (eds.), Magnetic Bearings, Springer 2009.
 // Left out: change of L with position and saturation, mutual inductance, current ripple, supply of the bias (which
 // gives the power of Ks x).

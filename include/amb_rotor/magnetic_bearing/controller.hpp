@@ -13,6 +13,9 @@
 //   so F = 2 Ki i_t and M = 2 Ki l i_r: each motion has its own loop, as if both bearings stood at +-l.
 // The sign is the PID's: a positive gain pulls back. Where a model says nothing of all this the command is the PID's,
 // bit for bit.
+// Valid: sensors and magnets of both ends at different z for tilt_translation; numbers of a law that belong to its rate.
+// Source: thesis 4.4, 4.5, figure 4.9 (without DI's unit: A/m a sample here); tilt and translation derived in doc/physics.md
+// section 2.
 // Left out: anti-windup; the controller's word length; axes that are skewed to each other.
 #include <array>
 #include <vector>

@@ -2,6 +2,8 @@
 // AD and DA converter with `bits` over +-range [m or A]:
 //   step q = 2 range/2^bits,  code = floor(x/q + 1/2) within [-2^(bits-1), 2^(bits-1) - 1],  out = q code
 // Error within the range: at most q/2, for a busy signal uniform, rms q/sqrt(12). Above it the value sticks at the end.
+// Valid: bits whole, from 1 to 32. Source: thesis 3.23 has both converters in the loop, 4.1.3 a resolution of 14 bits; the law
+// is that of an ideal bipolar converter.
 // Left out: nonlinearity, offset, noise, aperture time; zero offset of a bipolar converter.
 #include <cmath>
 

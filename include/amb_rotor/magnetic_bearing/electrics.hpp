@@ -4,6 +4,8 @@
 //   filter  y, and y' where the order is 2:  y' = w (s - y);  y'' = w^2 (s - y) - sqrt(2) w y'     (Butterworth)
 //   coil    the control current i
 // s [m] the sensor's signal with its errors, w = 2 pi corner [rad/s]. Both start at 0.
+// Valid: filters that stay linear; coils as in coil.hpp.
+// Source: thesis 3.23, figures 3.11 and 3.12 (the filter in the loop, without its order or corner).
 // Left out: noise of the filter, tolerance between the axes.
 #include <cmath>
 #include <complex>

@@ -9,9 +9,10 @@
 // A    = a/(a + j w), amplifier; with coils the rotor's motion adds j w g/(a + j w), g = Ki/(2 L) [A/m]
 // E = sum of w_k r_k/(r_k + j w), lags between current and force
 //
-// Range: 0 < w < pi/T. It is the response of the fundamental: the images of the held command at w + 2 pi n/T move a
+// Valid: 0 < w < pi/T. It is the response of the fundamental: the images of the held command at w + 2 pi n/T move a
 // rotor by less than (w T/2 pi)^2 of it. At w = 0 the gain is C(1), infinite with an integrator (3.27, 3.28).
 // Sign: the thesis prints m s^2 - Ks - Ki G in 3.24 and 3.25; with its own 3.22 the last sign is +, as 3.26 has it.
+// Source: thesis 3.22 to 3.30; delay, hold and lags derived in doc/physics.md section 2.
 // Left out: current, voltage and converter limits; sensor and magnet in different planes.
 #include <complex>
 #include <functional>

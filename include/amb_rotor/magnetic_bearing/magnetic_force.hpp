@@ -6,8 +6,11 @@
 //   linear flux:        b+- = 1 +- (i/i0 + Ks x/(Ki i0))     ->  F = Ki i + Ks x
 //   gap-dependent flux: b+- = (1 +- i/i0)/(1 -+ x/s0)        ->  thesis 3.16, 3.18 (slope Ks = Ki i0/s0)
 //   saturating iron:    b -> b/(1 + (b/bk)^4)^(1/4), bk the knee over the bias flux density
-// Positive x towards the + coil; positive Ks destabilises. Left out: hysteresis, leakage, cross-coupling
-// of the axes by the force angle.
+// Positive x towards the + coil; positive Ks destabilises.
+// Valid: abs(x) below the air gap s0, where runs end (machine/run.hpp); abs(i) up to i0. Linear flux: x/s0 and i/i0 well below
+// 1; at x = 0.4 s0, i = 0 the gap-dependent law has 1/(1 - 0.4^2)^2 = 1.42 times the force Ks x.
+// Source: thesis 3.16 to 3.20; the saturation curve is this project's (doc/physics.md section 2).
+// Left out: hysteresis, leakage, cross-coupling of the axes by the force angle.
 #include "amb_rotor/common/scalar.hpp"
 
 namespace amb_rotor {

@@ -5,6 +5,9 @@
 //   I_n = I_(n-1) + T s_n
 //   i_n = -(kp s_n + kd d_n + ki I_n)          [A]
 // The command reaches the amplifier delay_s after the sample and is held until the next one.
+// Valid: f_d and the loop's own frequencies well below 1/(2 T).
+// Source: thesis 3.2.2, the PD law before 3.29 (with the sign of 3.22), and 4.1.4 for sampling and an integrator in parallel;
+// filter and difference equation derived from it.
 // Left out: anti-windup (the current limit acts behind the command), quantisation.
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/model/rig.hpp"

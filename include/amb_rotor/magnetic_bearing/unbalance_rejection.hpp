@@ -7,7 +7,7 @@
 //   i -= kc Re(P_n exp(j W lead))
 // cancels that too where `lead` is the time from sample to force, and the rotor turns about its axis of inertia.
 // Below the minimum speed the estimate is 0 and the signal passes.
-// Range: bandwidth well below the speed. Stable for a small bandwidth if the loop's sensitivity at W, turned by `phase`,
+// Valid: bandwidth well below the speed. Stable for a small bandwidth if the loop's sensitivity at W, turned by `phase`,
 // has a positive real part: phase near 0 above the rigid modes, near pi below them. Source: derived in doc/physics.md section 2.
 // Left out: harmonics; a wrong tacho.
 #include "amb_rotor/common/scalar.hpp"

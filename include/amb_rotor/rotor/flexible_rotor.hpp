@@ -17,7 +17,9 @@
 // Left out: see shaft_element.hpp; unequal stiffness in x and y (a crack, a keyway) and internal (rotating)
 // damping are effects, not part of this rotor.
 // Errors: InputError for a bad geometry or a position outside the rotor.
-// Source: thesis 3.1.2; Friswell, Penny, Garvey, Lees: Dynamics of Rotating Machines (2010).
+// Valid: circular sections, small slopes; up to frequencies at which a wave is long against an element
+// (shaft_element.hpp says by how much); a spin that changes little in a turn.
+// Source: thesis 3.1.2, 3.15; Friswell, Penny, Garvey, Lees: Dynamics of Rotating Machines (2010).
 
 #include <Eigen/Core>
 #include <string>

@@ -9,7 +9,11 @@
 // rigid mass: n = 1, shape (1). rigid beam: n = 2, shape (1, z), masses (m, It), g_22 = Ip: with
 // q_2 = beta (tilt about y) and r_2 = -alpha (tilt about x) this is
 //   It beta'' - Ip Omega alpha' = My,  It alpha'' + Ip Omega beta' = Mx.
-// Flexible: further modes. SI; Omega positive about z. Left out: axial and torsional motion,
+// Flexible: further modes. SI; Omega positive about z.
+// Valid: small tilts; both planes alike; frequencies below that of the first mode left out.
+// Source: thesis 3.1 (rigid mass), 5.2.1 (rigid beam), 3.15 (flexible); the gyroscopic terms, which it neglects, derived in
+// doc/physics.md section 1.
+// Left out: axial and torsional motion,
 // rotor anisotropy (see shaft_crack), the acceleration term Omega' g q of a gyroscopic rotor in run-up.
 #include <vector>
 

@@ -33,6 +33,7 @@
 // number. Balanced ones take the mean of the modes' damping over their shares, without what couples them (of the order
 // of zeta, and none with proportional damping).
 // Valid: below about half the highest frequency kept (modal), or half that of the held modes (Craig-Bampton).
+// Source: thesis 3.1.3 (the task); the papers named above; the closed forms derived in doc/physics.md section 1.
 // Left out: the coupling by the gyroscopic matrix to modes left out, and the spin in the Gramians.
 // Errors: InputError for a number of modes or planes that does not fit; balanced: for a bending mode without damping.
 

@@ -14,6 +14,9 @@
 //   rings*:    [{from_m, to_m, inner_diameter_m, outer_diameter_m, material}]
 //   discs*:    [{at_m, mass_kg, polar_inertia_kg_m2, transverse_inertia_kg_m2}]
 //   damping*:  {mass_proportional_per_s*, stiffness_proportional_s*, modal_ratios*: [..]}
+// Valid: bodies of revolution; sections that carry the load over their whole length.
+// Source: thesis 3.1.2 (a shaft of beam elements, proportional damping) and table 4.1; the format is this project's.
+// Left out: keyways and cracks (shaft_crack), shrink fits that slip, balance holes.
 // Errors: loadRotorGeometry and validate throw InputError with all faults at once; unknown, missing and
 // duplicate keys are faults.
 

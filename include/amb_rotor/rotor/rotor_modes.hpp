@@ -13,8 +13,9 @@
 // kinetic energy, so a mode that turns forward at one end and backward at the other gets the sign that
 // prevails. At standstill without cross coupling the planes are solved apart, and all modes are lines.
 // Critical speeds are those of the undamped rotor: (K + K_s - W^2 (M - j Gam)) v = 0, a linear problem in
-// W^2; the supports must hold the rotor and be symmetric. Supports that
-// depend on frequency or speed, are left out: evaluate at each frequency with its own k and d.
+// W^2; the supports must hold the rotor and be symmetric.
+// Left out: supports that depend on frequency or speed; evaluate at each frequency with its own k and d.
+// Valid: linear supports, constant spin, motions so small that contact and the magnets' own limits do not matter.
 // Source: thesis 4.2 and figure 4.4; Genta, Dynamics of Rotating Systems (2005).
 // Errors: InputError for planes outside the rotor and for critical speeds of a rotor that is not held.
 

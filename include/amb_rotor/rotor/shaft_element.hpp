@@ -25,6 +25,7 @@
 // Shear factor: Hutchinson 2001 (J. Appl. Mech. 68, 87), or given.
 // Valid: circular sections, small slopes, shaft stiff against the change of its section's shape (wall
 // thickness not small against the radius).
+// Source: thesis 3.1.2, 3.2 to 3.14, for the slender element; Przemieniecki, Friswell et al. and Hutchinson for the rest.
 // Left out: axial force and torque stiffening, torsion, axial motion, centrifugal softening, internal
 // damping, slip between shrunk layers.
 // Errors: InputError for lengths, densities or diameters that are not positive or do not fit.
