@@ -194,6 +194,12 @@ void checkReplaced(const Model& model, const EffectCatalogue& catalogue, std::ve
     bool any = false;
     for (std::size_t i = 0; i < effect.values.size(); ++i) {
       if (schema->parameters[i].replaces.empty()) continue;
+  if (has("shaft_flexibility") && model.rotor_model == RotorModel::rigid_mass)
+    faults.push_back({"", 0, "effects.shaft_flexibility", "",
+                      "is for a rigid_beam; a rigid_mass moves alike at all planes, and a rotor that bends tilts, too"});
+  if (has("shaft_flexibility") && model.rotor_model == RotorModel::flexible)
+    faults.push_back({"", 0, "effects.shaft_flexibility", "",
+                      "is for a rigid_beam; a flexible rotor has its first bending mode from its geometry: it would bend twice"});
       Rig<double>::visit(with.rig, [&](const char* name, double& value) {
         if (schema->parameters[i].replaces == name) value = effect.values[i], any = true;
       });

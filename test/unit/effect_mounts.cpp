@@ -188,6 +188,18 @@ TEST(ModelStructure, GyroscopicCouplingNeedsARigidBeam) {
       std::string::npos);
 }
 
+TEST(ModelStructure, ABendingModeBesideTheRigidOnesNeedsARigidBeam) {
+  Model model = with(springBeam(), "shaft_flexibility", typicalValues("shaft_flexibility"));
+  model.name = "bending";
+  EXPECT_TRUE(checkModel(model, effectCatalogue()).empty());
+  const auto faults = faultsOf([&] { applyOverride(model, "rotor.model=rigid_mass", effectCatalogue()); });
+  EXPECT_NE(faultOf(faults, "effects.shaft_flexibility").rule.find("rigid_mass"), std::string::npos);
+  model.rotor_model = RotorModel::flexible;
+  model.rotor_geometry = "rotor.yaml";
+  EXPECT_NE(faultOf(checkModel(model, effectCatalogue()), "effects.shaft_flexibility").rule.find("from its geometry"),
+            std::string::npos);
+}
+
 TEST(ModelStructure, OneMountOnly) {
   const Model model = with(with(springMass(), "compliant_mount", typicalValues("compliant_mount")),
                            "fractional_mount", typicalValues("fractional_mount"));
