@@ -9,6 +9,7 @@
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/model/model_reader.hpp"
 #include "amb_rotor/model/model_rules.hpp"
+#include "amb_rotor/model/yaml_document.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "amb_rotor/rotor/reduction.hpp"
 #include "amb_rotor/rotor/rotor_geometry.hpp"
@@ -21,6 +22,11 @@ namespace {
 constexpr int table_size = 401;
 constexpr double same_plane_m = 1e-6;
 
+/// Throws faults in what the model says, with its file and lines where it has them.
+[[noreturn]] void throwOf(const Model& model, const std::vector<Fault>& faults) {
+  throw InputError(model.source != nullptr ? model.source->located(faults) : faults);
+}
+
 ReducedRotor reducedFor(const Model& model, const FlexibleRotor& rotor) {
   using Method = RotorReduction::Method;
   if (model.reduction.method == Method::by_frequency) return allModes(rotor);
@@ -32,7 +38,7 @@ ReducedRotor reducedFor(const Model& model, const FlexibleRotor& rotor) {
     std::vector<Fault> faults = error.faults();
     for (Fault& fault : faults)
       fault.key = fault.key == "planes" ? "rig.planes" : fault.key == "damping" ? "rotor.geometry: damping" : "rotor.reduction.modes";
-    throw InputError(faults);
+    throwOf(model, faults);
   }
 }
 
@@ -81,7 +87,7 @@ void fillFlexibleModes(Model& model, double highest_hz) {
   }
   std::vector<Fault> faults = checkShaft(model, effectCatalogue());
   for (Fault& fault : faults) fault.rule += "; geometry: " + path.string();
-  if (!faults.empty()) throw InputError(faults);
+  if (!faults.empty()) throwOf(model, faults);
 }
 
 Model loadModel(const std::string& path) {

@@ -278,6 +278,7 @@ Model parseModel(const std::string& text, const std::string& name, EffectCatalog
   root.finish();
   if (rig.valid()) faults.addRules(checkModel(model, catalogue, true));
   faults.throwIfAny();
+  model.source = std::make_shared<FaultList>(faults);
   return model;
 }
 

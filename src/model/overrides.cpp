@@ -69,6 +69,11 @@ void applyOverrides(Model& model, const std::vector<std::string>& overrides,
   const std::vector<Fault> broken = checkModel(changed, catalogue);
   faults.insert(faults.end(), broken.begin(), broken.end());
   if (!faults.empty()) throw InputError(faults);
+  if (model.source != nullptr && !overrides.empty()) {
+    const auto source = std::make_shared<FaultList>(*model.source);
+    for (const std::string& text : overrides) source->forget(text.substr(0, text.find('=')));
+    changed.source = source;
+  }
   model = std::move(changed);
 }
 

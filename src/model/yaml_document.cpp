@@ -151,12 +151,21 @@ void FaultList::add(int line, const std::string& key, const std::string& value, 
 void FaultList::addRules(const std::vector<Fault>& faults) {
   std::set<std::string> reported;
   for (const Fault& fault : faults_) reported.insert(fault.key);
-  for (const Fault& fault : faults)
-    if (reported.count(fault.key) == 0) {
-      const auto place = places_.find(fault.key);
-      const bool is_written = place != places_.end() && !place->second.second.empty();
-      add(lineOf(fault.key), fault.key, is_written ? place->second.second : fault.value, fault.rule);
-    }
+  for (const Fault& fault : located(faults))
+    if (reported.count(fault.key) == 0) faults_.push_back(fault);
+}
+
+std::vector<Fault> FaultList::located(const std::vector<Fault>& faults) const {
+  std::vector<Fault> all;
+  for (const Fault& fault : faults) {
+    const auto place = places_.find(fault.key);
+    const bool is_written = place != places_.end() && !place->second.second.empty();
+    if (place != places_.end() && place->second.first == 0)
+      all.push_back(fault);
+    else
+      all.push_back({file_, lineOf(fault.key), fault.key, is_written ? place->second.second : fault.value, fault.rule});
+  }
+  return all;
 }
 
 void FaultList::append(const std::vector<Fault>& faults) {

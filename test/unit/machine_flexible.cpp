@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +15,7 @@
 #include "amb_rotor/machine/machine.hpp"
 #include "amb_rotor/machine/model_loading.hpp"
 #include "amb_rotor/model/overrides.hpp"
+#include "amb_rotor/model/yaml_document.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "amb_rotor/rotor/rotor_geometry.hpp"
 
@@ -189,6 +191,63 @@ TEST(FlexibleMachineTest, WhatActsBesideTheShaftIsRefused) {
   model = supported();  // one body has one polar inertia: that of its gyroscopic matrix, also where it spins freely
   model.rig.rotor.polar_inertia_kg_m2 = 0.02;
   EXPECT_TRUE(refused(model, "rig.rotor.polar_inertia_kg_m2"));
+}
+
+/// A model file of the thesis's flexible rotor with other words in it, read; its faults.
+std::vector<Fault> faultsOfFile(const std::vector<std::pair<std::string, std::string>>& changes, std::string& text) {
+  const std::string thesis = std::string(AMB_ROTOR_SOURCE_DIR) + "/config/thesis/";
+  text = readTextFile(thesis + "flexible_model.yaml");
+  for (const auto& [from, to] : changes) {
+    EXPECT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+  }
+  const auto folder = std::filesystem::temp_directory_path() / ("amb_rotor_shaft_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(thesis + "rotor.yaml", folder / "rotor.yaml", std::filesystem::copy_options::overwrite_existing);
+  const std::string path = (folder / "model.yaml").string();
+  std::ofstream(path) << text;
+  std::vector<Fault> faults;
+  try {
+    loadModel(path);
+  } catch (const InputError& error) {
+    faults = error.faults();
+  }
+  std::filesystem::remove_all(folder);
+  for (const Fault& fault : faults) EXPECT_EQ(fault.file, path) << fault.text();
+  return faults;
+}
+
+int lineIn(const std::string& text, const std::string& word) {
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(text.find(word));
+  return 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
+}
+
+TEST(FlexibleMachineTest, WhatContradictsTheShaftIsToldWithFileAndLine) {
+  std::string text;
+  EXPECT_TRUE(faultsOfFile({}, text).empty());
+  const auto faults = faultsOfFile({{"b: 0.140}", "b: 0.30}"},
+                                    {"plane_z_m: 0.0,", "plane_z_m: -900e-3,"},
+                                    {"mass_kg: 3.36 ", "mass_kg: 3.50 "},
+                                    {"effects: []", "effects:\n  - {effect: internal_damping, parameters: {damping_N_s_per_m: 1, z_m: 0.5}}"}},
+                                   text);
+  const std::vector<std::array<std::string, 3>> expected = {{"rig.rotor.mass_kg", "3.50", "mass_kg: 3.50"},
+                                                            {"rig.planes.aux.b", "0.30", "b: 0.30"},
+                                                            {"rig.unbalance.0.plane_z_m", "-900e-3", "plane_z_m: -900e-3"},
+                                                            {"effects.internal_damping.z_m", "0.5", "z_m: 0.5"}};
+  ASSERT_EQ(faults.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(faults[i].key, expected[i][0]);
+    EXPECT_EQ(faults[i].value, expected[i][1]) << "as it is written";
+    EXPECT_EQ(faults[i].line, lineIn(text, expected[i][2])) << faults[i].text();
+  }
+}
+
+TEST(FlexibleMachineTest, AReductionThatDoesNotFitIsToldWithFileAndLine) {
+  std::string text;
+  const auto faults = faultsOfFile({{"geometry: rotor.yaml}", "geometry: rotor.yaml, reduction: {method: craig_bampton, modes: 64}}"}}, text);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "rotor.reduction.modes");
+  EXPECT_EQ(faults[0].line, lineIn(text, "modes: 64"));
 }
 
 TEST(FlexibleMachineTest, AnOverrideCannotContradictTheGeometryEither) {

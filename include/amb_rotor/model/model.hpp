@@ -2,6 +2,7 @@
 // A model: a rig as believed, a choice of rotor and bearing model, and a list of effects.
 // File format amb-model/1; doc/formats.md.
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,8 @@
 #include "amb_rotor/model/rig.hpp"
 
 namespace amb_rotor {
+
+class FaultList;  // model/yaml_document.hpp
 
 /// One entry of `effects:`; values in the order of the effect's schema.
 struct EffectSetting {
@@ -60,6 +63,7 @@ struct Model {
   RotorReduction reduction;     ///< for RotorModel::flexible
   std::string rotor_geometry;   ///< path of the geometry file as given; empty without
   std::string folder;           ///< of the file it was read from: the geometry's path is relative to it
+  std::shared_ptr<const FaultList> source;  ///< the file it was read from, and the lines of its values; null: made otherwise
   std::string revision;         ///< YAML text of the optional `revision:` block (who changed what, and why)
 };
 

@@ -44,12 +44,16 @@ class FaultList {
   /// Adds faults of a rule check (without file and line): gives them both, and leaves out those of a
   /// key that has a fault already.
   void addRules(const std::vector<Fault>& faults);
+  /// Such faults with file and line; as they are where the value was forgotten.
+  std::vector<Fault> located(const std::vector<Fault>& faults) const;
   /// Adds faults that know their file and line.
   void append(const std::vector<Fault>& faults);
   /// Remembers where a value of this dotted path stands and how it was written, for addRules().
   void noteLine(const std::string& path, int line, const std::string& written = "") {
     places_[path] = {line, written};
   }
+  /// The value of this path is no longer the file's.
+  void forget(const std::string& path) { places_[path] = {0, ""}; }
   /// The line of the path, or of its nearest ancestor that has one; else 0.
   int lineOf(std::string path) const;
   /// Throws InputError with all faults in the order of their lines, if there is one.
