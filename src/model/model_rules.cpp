@@ -12,6 +12,10 @@ namespace {
 
 constexpr bool above = true;
 constexpr bool from = false;
+constexpr const char* longest = "no rotor on magnets is as long; is it in m?";
+/// Radius of gyration of a rotor that tilts over the span of its planes: 0.29 for a rod that ends there, 0.03 for a disc
+/// of a tenth of the span whose shaft weighs next to nothing, 2 for a rod seven times as long.
+constexpr double least_gyration = 0.02, most_gyration = 5.0;
 
 bool startsWith(const std::string& text, const std::string& head) {
   return text.compare(0, head.size(), head) == 0;
@@ -34,26 +38,62 @@ void visitRig(R& rig, F&& f) {
   });
 }
 
+/// The value, or none where it breaks its own limit.
+double sound(const std::string& path, double value) { return rigLimit(path).holds(value) ? value : std::nan(""); }
+
 /// Collects the faults of relations between values. A relation to a value that is unreadable or breaks its
 /// own limit is left out: it would only repeat that fault.
 class Relations {
  public:
   explicit Relations(std::vector<Fault>& faults) : faults_(faults) {}
   void require(const std::string& path, double value, double other, bool holds, const std::string& rule) {
-    if (std::isfinite(value) && std::isfinite(other) && !holds)
+    if (std::isfinite(value) && std::isfinite(other) && !holds && std::isfinite(sound(fieldName(path), value)))
       faults_.push_back({"", 0, path, numberText(value), rule});
   }
 
  private:
+  /// "rig.unbalance.0.moment_kg_m" -> "unbalance.moment_kg_m", as rigLimits() has it.
+  static std::string fieldName(const std::string& path) {
+    const std::string name = path.substr(std::string("rig.").size());
+    return startsWith(name, "unbalance.") ? "unbalance" + name.substr(name.rfind('.')) : name;
+  }
   std::vector<Fault>& faults_;
 };
+
+/// Lengths and masses that do not belong to one machine: one of them has another unit.
+void checkProportions(const Model& model, Relations& relations) {
+  const auto& rig = model.rig;
+  const double mass = sound("rotor.mass_kg", rig.rotor.mass_kg);
+  const double radius = sound("auxiliary_bearing.rotor_radius_m", rig.auxiliary_bearing.rotor_radius_m);
+  relations.require("rig.auxiliary_bearing.clearance_m", rig.auxiliary_bearing.clearance_m, radius,
+                    rig.auxiliary_bearing.clearance_m < radius,
+                    "must be below the rotor's radius in the bearing, " + numberText(radius) + " m (is it in m?)");
+  if (model.rotor_model != RotorModel::rigid_mass) {  // a rigid_mass does not tilt
+    double first = unlimited, last = -unlimited;
+    Rig<double>::visit(rig, [&](const char* name, const double& z) {
+      if (!startsWith(name, "planes.")) return;
+      first = std::isfinite(sound(name, z)) ? std::min(first, z) : std::nan("");
+      last = std::max(last, z);
+    });
+    const double span = last - first, inertia = rig.rotor.transverse_inertia_kg_m2, gyration = std::sqrt(inertia / mass);
+    relations.require("rig.rotor.transverse_inertia_kg_m2", inertia, span > 0.0 ? gyration : std::nan(""),
+                      gyration >= least_gyration * span && gyration <= most_gyration * span,
+                      "with the mass, " + numberText(mass) + " kg, gives a radius of gyration of " + numberText(gyration) +
+                          " m; must be from " + numberText(least_gyration * span) + " to " + numberText(most_gyration * span) +
+                          " m, between a fiftieth and five times of what the planes span (are they in kg, kg m2 and m?)");
+  }
+  for (std::size_t i = 0; i < rig.unbalance.size(); ++i) {
+    const double moment = rig.unbalance[i].moment_kg_m, eccentricity = moment / mass;
+    relations.require("rig.unbalance." + std::to_string(i) + ".moment_kg_m", moment, radius, !(eccentricity > radius),
+                      "over the mass is an eccentricity of " + numberText(eccentricity) +
+                          " m; must be at most the rotor's radius in the auxiliary bearing, " + numberText(radius) +
+                          " m (is it in kg m?)");
+  }
+}
 
 void checkRelations(const Model& model, std::vector<Fault>& faults) {
   const auto& rig = model.rig;
   Relations relations(faults);
-  const auto sound = [](const char* path, double value) {
-    return rigLimit(path).holds(value) ? value : std::nan("");
-  };
   const double transverse = sound("rotor.transverse_inertia_kg_m2", rig.rotor.transverse_inertia_kg_m2);
   relations.require("rig.rotor.polar_inertia_kg_m2", rig.rotor.polar_inertia_kg_m2, transverse,
                     rig.rotor.polar_inertia_kg_m2 <= 2.0 * transverse,
@@ -66,6 +106,7 @@ void checkRelations(const Model& model, std::vector<Fault>& faults) {
   ordered("amb", rig.planes.amb);
   ordered("sensor", rig.planes.sensor);
   ordered("aux", rig.planes.aux);
+  checkProportions(model, relations);
   if (model.amb_model != AmbModel::linear) return;
   const double air_gap = sound("amb.air_gap_m", rig.amb.air_gap_m);
   relations.require("rig.auxiliary_bearing.clearance_m", rig.auxiliary_bearing.clearance_m, air_gap,
@@ -153,6 +194,12 @@ void checkStructure(const Model& model, std::vector<Fault>& faults) {
   if (has("gyroscopic_coupling") && model.rotor_model == RotorModel::flexible)
     faults.push_back({"", 0, "effects.gyroscopic_coupling", "",
                       "is for a rigid_beam; a flexible rotor has its gyroscopic matrix from its geometry"});
+  if (has("shaft_flexibility") && model.rotor_model == RotorModel::rigid_mass)
+    faults.push_back({"", 0, "effects.shaft_flexibility", "",
+                      "is for a rigid_beam; a rigid_mass moves alike at all planes, and a rotor that bends tilts, too"});
+  if (has("shaft_flexibility") && model.rotor_model == RotorModel::flexible)
+    faults.push_back({"", 0, "effects.shaft_flexibility", "",
+                      "is for a rigid_beam; a flexible rotor has its first bending mode from its geometry: it would bend twice"});
   if (has("compliant_mount") && has("fractional_mount"))
     faults.push_back(
         {"", 0, "effects.fractional_mount", "", "excludes compliant_mount; a bearing has one mount"});
@@ -194,12 +241,6 @@ void checkReplaced(const Model& model, const EffectCatalogue& catalogue, std::ve
     bool any = false;
     for (std::size_t i = 0; i < effect.values.size(); ++i) {
       if (schema->parameters[i].replaces.empty()) continue;
-  if (has("shaft_flexibility") && model.rotor_model == RotorModel::rigid_mass)
-    faults.push_back({"", 0, "effects.shaft_flexibility", "",
-                      "is for a rigid_beam; a rigid_mass moves alike at all planes, and a rotor that bends tilts, too"});
-  if (has("shaft_flexibility") && model.rotor_model == RotorModel::flexible)
-    faults.push_back({"", 0, "effects.shaft_flexibility", "",
-                      "is for a rigid_beam; a flexible rotor has its first bending mode from its geometry: it would bend twice"});
       Rig<double>::visit(with.rig, [&](const char* name, double& value) {
         if (schema->parameters[i].replaces == name) value = effect.values[i], any = true;
       });
@@ -260,43 +301,51 @@ std::string FieldLimit::text() const {
   return rule + (has_unit ? std::string(" ") + unit : "") + " (" + reason + ")";
 }
 
+std::string FieldLimit::text(double value) const {
+  if (!isTooLarge(value)) return text();
+  const std::string bound = numberText(largest);
+  return (std::isfinite(lower) ? "must be at most " + bound : "must be from -" + bound + " to " + bound) + " " + unit + " (" +
+         why_largest + ")";
+}
+
 const std::vector<FieldLimit>& rigLimits() {
   static const std::vector<FieldLimit> limits = {
-      {"rotor.mass_kg", 0, above, unlimited, "kg", "a rotor has a mass"},
-      {"rotor.transverse_inertia_kg_m2", 0, above, unlimited, "kg m2", "a rotor resists tilting"},
-      {"rotor.polar_inertia_kg_m2", 0, from, unlimited, "kg m2", "0: no gyroscopic moment"},
-      {"planes.amb.a", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"planes.amb.b", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"planes.sensor.a", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"planes.sensor.b", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"planes.aux.a", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"planes.aux.b", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"amb.current_stiffness_N_per_A", 0, above, unlimited, "N/A", "a current pulls towards its coil"},
-      {"amb.displacement_stiffness_N_per_m", 0, from, unlimited, "N/m",
-       "a magnet pulls off centre, never back"},
-      {"amb.bias_current_A", 0, above, unlimited, "A", "the linear law is about a bias current"},
-      {"amb.air_gap_m", 0, above, unlimited, "m", "between magnet and centred rotor"},
-      {"amb.bias_flux_density_T", 0, from, unlimited, "T", "0: not stated"},
-      {"amb.amplifier_bandwidth_hz", 0, above, unlimited, "Hz", "a first-order lag"},
-      {"amb.max_current_A", 0, above, unlimited, "A", "of one coil"},
-      {"amb.stiffness_N_per_m", 0, from, unlimited, "N/m", "of one bearing and axis"},
-      {"amb.damping_N_s_per_m", 0, from, unlimited, "N s/m", "of one bearing and axis"},
-      {"controller.sample_rate_hz", 0, above, unlimited, "Hz", "the controller is sampled"},
-      {"controller.kp_A_per_m", 0, from, unlimited, "A/m", "positive pulls back to the centre"},
-      {"controller.kd_A_s_per_m", 0, from, unlimited, "A s/m", "positive damps"},
-      {"controller.ki_A_per_m_s", 0, from, unlimited, "A/(m s)", "positive pulls back to the centre"},
-      {"controller.derivative_filter_hz", 0, above, unlimited, "Hz", "or the filter is not stable"},
-      {"controller.delay_s", 0, from, unlimited, "s", "the command follows its sample"},
-      {"auxiliary_bearing.clearance_m", 0, above, unlimited, "m", "or the rotor is never free"},
-      {"auxiliary_bearing.rotor_radius_m", 0, above, unlimited, "m", "of the rotor in the auxiliary bearing"},
-      {"auxiliary_bearing.contact.stiffness_N_per_m", 0, above, unlimited, "N/m", "contact pushes back"},
-      {"auxiliary_bearing.contact.damping_N_s_per_m", 0, from, unlimited, "N s/m",
-       "contact takes energy out"},
+      {"rotor.mass_kg", 0, above, unlimited, "kg", "a rotor has a mass", 1e5, "the heaviest on magnets have some tonnes"},
+      {"rotor.transverse_inertia_kg_m2", 0, above, unlimited, "kg m2", "a rotor resists tilting", 1e7, "100 t on 30 m"},
+      {"rotor.polar_inertia_kg_m2", 0, from, unlimited, "kg m2", "0: no gyroscopic moment", 1e7, "100 t of 10 m"},
+      {"planes.amb.a", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"planes.amb.b", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"planes.sensor.a", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"planes.sensor.b", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"planes.aux.a", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"planes.aux.b", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"amb.current_stiffness_N_per_A", 0, above, unlimited, "N/A", "a current pulls towards its coil", 1e6, "10 kN at 10 A are 1e3"},
+      {"amb.displacement_stiffness_N_per_m", 0, from, unlimited, "N/m", "a magnet pulls off centre, never back", 1e10,
+       "10 kN in a gap of 0.5 mm are 2e7"},
+      {"amb.bias_current_A", 0, above, unlimited, "A", "the linear law is about a bias current", 1e4, "no coil bears it"},
+      {"amb.air_gap_m", 0, above, unlimited, "m", "between magnet and centred rotor", 0.05, "mostly 0.3 to 2 mm; is it in m?"},
+      {"amb.bias_flux_density_T", 0, from, unlimited, "T", "0: not stated", 4, "iron saturates near 2 T"},
+      {"amb.amplifier_bandwidth_hz", 0, above, unlimited, "Hz", "a first-order lag", 1e8, "no amplifier is as fast"},
+      {"amb.max_current_A", 0, above, unlimited, "A", "of one coil", 1e4, "no coil bears it"},
+      {"amb.stiffness_N_per_m", 0, from, unlimited, "N/m", "of one bearing and axis", 1e12, "solid steel has less"},
+      {"amb.damping_N_s_per_m", 0, from, unlimited, "N s/m", "of one bearing and axis", 1e9, "nothing damps as much"},
+      {"controller.sample_rate_hz", 0, above, unlimited, "Hz", "the controller is sampled", 1e8, "no converter is as fast"},
+      {"controller.kp_A_per_m", 0, from, unlimited, "A/m", "positive pulls back to the centre", 1e10, "10 A for a nanometre"},
+      {"controller.kd_A_s_per_m", 0, from, unlimited, "A s/m", "positive damps", 1e8, "100 A for a um/s"},
+      {"controller.ki_A_per_m_s", 0, from, unlimited, "A/(m s)", "positive pulls back to the centre", 1e13, "10 A/s for a pm"},
+      {"controller.derivative_filter_hz", 0, above, unlimited, "Hz", "or the filter is not stable", 1e8, "no converter is as fast"},
+      {"controller.delay_s", 0, from, unlimited, "s", "the command follows its sample", 1, "is it in s?"},
+      {"auxiliary_bearing.clearance_m", 0, above, unlimited, "m", "or the rotor is never free", 0.02,
+       "mostly 0.1 to 0.5 mm; is it in m?"},
+      {"auxiliary_bearing.rotor_radius_m", 0, above, unlimited, "m", "of the rotor in the auxiliary bearing", 2, "is it in m?"},
+      {"auxiliary_bearing.contact.stiffness_N_per_m", 0, above, unlimited, "N/m", "contact pushes back", 1e13, "solid steel has less"},
+      {"auxiliary_bearing.contact.damping_N_s_per_m", 0, from, unlimited, "N s/m", "contact takes energy out", 1e9,
+       "nothing damps as much"},
       {"auxiliary_bearing.friction_coefficient", 0, from, 2, "1", "of dry or lubricated metal"},
-      {"gravity_m_s2", 0, from, unlimited, "m/s2", "acts downwards, along -y"},
-      {"unbalance.plane_z_m", -unlimited, from, unlimited, "m", "from the centre of gravity"},
-      {"unbalance.moment_kg_m", 0, from, unlimited, "kg m", "its direction is the phase"},
-      {"unbalance.phase_rad", -unlimited, from, unlimited, "rad", "from the tacho mark"}};
+      {"gravity_m_s2", 0, from, unlimited, "m/s2", "acts downwards, along -y", 300, "30 times that of the earth"},
+      {"unbalance.plane_z_m", -unlimited, from, unlimited, "m", "from the centre of gravity", 20, longest},
+      {"unbalance.moment_kg_m", 0, from, unlimited, "kg m", "its direction is the phase", 100, "100 t 1 mm off their axis"},
+      {"unbalance.phase_rad", -unlimited, from, unlimited, "rad", "from the tacho mark", 1e6, "is it in rad?"}};
   return limits;
 }
 
@@ -330,7 +379,7 @@ std::vector<Fault> checkRig(const Model& model, bool skip_unreadable) {
     if (!std::isfinite(value) && skip_unreadable) return;
     const FieldLimit& limit = rigLimit(name);
     if (!std::isfinite(value) || !limit.holds(value))
-      faults.push_back({"", 0, path, numberText(value), limit.text()});
+      faults.push_back({"", 0, path, numberText(value), std::isfinite(value) ? limit.text(value) : limit.text()});
   });
   checkRelations(model, faults);
   checkOptions(model, skip_unreadable, faults);

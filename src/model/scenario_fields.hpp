@@ -1,6 +1,7 @@
 #pragma once
 // Which keys belong to which type in a scenario file, where they live, and their limits: the one list for
 // the reader, the writer and the rules.
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Key {
   const char* name;  ///< with its unit
   double Owner::*member;
   Limit limit;
+  double most = std::numeric_limits<double>::infinity();  ///< its size is at most that
+  const char* reason = "";                                ///< of this
 };
 
 /// For what an entry acts on, beside its numbers.

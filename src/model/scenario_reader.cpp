@@ -111,6 +111,7 @@ Scenario parseScenario(const std::string& text, const std::string& name) {
   root.finish();
   faults.addRules(checkScenario(scenario, true));
   faults.throwIfAny();
+  scenario.source = std::make_shared<FaultList>(faults);
   return scenario;
 }
 

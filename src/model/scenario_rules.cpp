@@ -10,6 +10,9 @@ namespace {
 
 using namespace scenario_fields;
 
+/// Beyond these a start has another unit.
+constexpr double farthest_start_m = 0.05, steepest_start_rad = 0.5, fastest_start_m_s = 100.0, fastest_tilt_rad_s = 1e3;
+
 class Rules {
  public:
   explicit Rules(bool skip_unreadable) : skip_unreadable_(skip_unreadable) {}
@@ -23,9 +26,16 @@ class Rules {
       add(path, value, "must be above 0");
     }
   }
+  /// Of its size, too.
+  void number(const std::string& path, double value, Limit limit, double most, const char* reason) {
+    number(path, value, limit);
+    if (std::isfinite(value) && std::fabs(value) > most)
+      add(path, value, std::string(limit == Limit::any ? "must be from -" + numberText(most) + " to " : "must be at most ") +
+                           numberText(most) + " (" + reason + ")");
+  }
   template <class Owner>
   void keys(const std::string& path, const std::vector<Key<Owner>>& keys, const Owner& owner) {
-    for (const auto& key : keys) number(path + "." + key.name, owner.*key.member, key.limit);
+    for (const auto& key : keys) number(path + "." + key.name, owner.*key.member, key.limit, key.most, key.reason);
   }
   void within(const std::string& path, double start_s, double duration_s) {
     if (std::isfinite(start_s) && std::isfinite(duration_s) && start_s >= duration_s && duration_s > 0.0)
@@ -63,10 +73,13 @@ void checkStart(Rules& rules, const Scenario& scenario) {
   if (velocity.size() != displacement.size())
     rules.add("start.velocity", static_cast<double>(velocity.size()),
               "must have as many numbers as displacement");
+  // the first two are the centre's, then come the slopes
   for (std::size_t i = 0; i < displacement.size(); ++i)
-    rules.number("start.displacement." + std::to_string(i), displacement[i], Limit::any);
+    rules.number("start.displacement." + std::to_string(i), displacement[i], Limit::any, i < 2 ? farthest_start_m : steepest_start_rad,
+                 i < 2 ? "no air gap is as wide, in m" : "a tilt is a small angle, in rad");
   for (std::size_t i = 0; i < velocity.size(); ++i)
-    rules.number("start.velocity." + std::to_string(i), velocity[i], Limit::any);
+    rules.number("start.velocity." + std::to_string(i), velocity[i], Limit::any, i < 2 ? fastest_start_m_s : fastest_tilt_rad_s,
+                 i < 2 ? "nothing in an air gap is as fast, in m/s" : "nothing in an air gap is as fast, in rad/s");
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/model/model_writer.hpp"
 #include "amb_rotor/model/overrides.hpp"
+#include "amb_rotor/model/remarks.hpp"
 #include "amb_rotor/model/scenario_reader.hpp"
 #include "amb_rotor/rotor/flexible_rotor.hpp"
 #include "bind.hpp"
@@ -65,6 +66,12 @@ const EffectSchema& requireEffect(const std::string& id) {
   const EffectSchema* schema = effectCatalogue().find(id);
   if (schema == nullptr) throw InputError({{"", 0, "effect", id, "there is no effect of this name"}});
   return *schema;
+}
+
+std::vector<std::string> textsOf(const std::vector<Fault>& faults) {
+  std::vector<std::string> texts;
+  for (const Fault& fault : faults) texts.push_back(fault.text());
+  return texts;
 }
 
 py::list effectList(const Model& model) {
@@ -124,12 +131,10 @@ void bindModel(py::module_& m) {
       .def_property_readonly("effects", &effectList)
       .def_property_readonly(
           "faults",
-          [](const Model& model) {
-            std::vector<std::string> texts;
-            for (const auto& fault : checkModel(model, effectCatalogue())) texts.push_back(fault.text());
-            return texts;
-          },
+          [](const Model& model) { return textsOf(checkModel(model, effectCatalogue())); },
           "What keeps it from being run: one line for each rule of models that it breaks, as values of a fit can.")
+      .def_property_readonly("remarks", [](const Model& model) { return textsOf(remarksOn(model)); },
+                             "What no rule forbids and yet is seldom meant, a line each.")
       .def_property_readonly("text", [](const Model& model) { return modelText(model, effectCatalogue()); })
       .def_property_readonly("hash", [](const Model& model) { return modelHash(model, effectCatalogue()); })
       .def_property_readonly("fields",
@@ -186,7 +191,11 @@ void bindModel(py::module_& m) {
       .def_readwrite("duration_s", &Scenario::duration_s)
       .def_readwrite("record_rate_hz", &Scenario::record_rate_hz)
       .def_property_readonly("speed_hz", [](const Scenario& s) { return s.speed.start_hz; })
+      .def_property_readonly("remarks", [](const Scenario& s) { return textsOf(remarksOn(s)); })
       .def_property_readonly("text", [](const Scenario& s) { return scenarioText(s); });
+  m.def(
+      "remarks", [](const Model& model, const Scenario& scenario) { return textsOf(remarksOn(model, scenario)); },
+      py::arg("model"), py::arg("scenario"), "What is odd of both together.");
   m.def("read_scenario", &readScenario, py::arg("path"));
   m.def("parse_scenario", &parseScenario, py::arg("text"), py::arg("name"));
   m.def(

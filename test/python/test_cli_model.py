@@ -123,7 +123,8 @@ def test_bad_input_of_simulate_is_one_message(tmp_path, capsys, arguments, compl
 def test_a_run_that_does_not_begin_says_why(tmp_path, capsys):
     # nothing this light can be integrated: the run-in fails, and there is no orbit to sum up
     assert cli.main(["simulate", str(MODEL), "--scenario", str(scenario(tmp_path)), "--out", str(tmp_path / "run.npz"),
-                     "--set", "rig.rotor.mass_kg=1e-300"]) == 1
+                     "--set", "rig.rotor.mass_kg=1e-300", "--set", "rig.rotor.transverse_inertia_kg_m2=5e-303",
+                     "--set", "rig.rotor.polar_inertia_kg_m2=0", "--set", "rig.unbalance.0.moment_kg_m=0"]) == 1
     told = capsys.readouterr()
     assert "run-in" in told.out and "Traceback" not in told.err
 
@@ -144,7 +145,8 @@ def test_a_bad_effect_is_told_once_and_by_its_name(written, meant, complaint):
 @pytest.mark.parametrize("arguments, complaint", [
     (["modes", str(MODEL), "--speed", "nan"], "speed_hz = nan"),
     (["margins", str(MODEL), "--speed", "inf"], "speed_hz = inf"),
-    (["modes", str(MODEL), "--set", "rig.rotor.mass_kg=1e-300"], "out of range"),
+    (["modes", str(MODEL), "--set", "rig.rotor.mass_kg=1e-300", "--set", "rig.rotor.transverse_inertia_kg_m2=5e-303", "--set",
+      "rig.rotor.polar_inertia_kg_m2=0", "--set", "rig.unbalance.0.moment_kg_m=0"], "out of range"),
     (["check", str(MODEL), "--json", "-"], ""),
 ])
 def test_numbers_without_sense_are_bad_input(capsys, arguments, complaint):
@@ -226,6 +228,25 @@ def test_gyroscopic_modes_part_into_forward_and_backward():
     model = core.read_model(str(MODEL))
     whirls = {mode.whirl: mode.frequency_hz for mode in modal.modes(model, 200.0) if mode.whirl != "planar"}
     assert whirls["forward"] > whirls["backward"]
+
+
+def test_check_remarks_what_is_of_another_unit(tmp_path, capsys):
+    text = DROP.read_text().replace("start_hz: 136.5", "start_hz: 8190.0")  # turns a minute
+    (tmp_path / "drop.yaml").write_text(text)
+    assert cli.main(["check", str(tmp_path / "drop.yaml")]) == 0
+    line = 1 + text[:text.index("speed: {")].count("\n")
+    assert f"remark: {tmp_path / 'drop.yaml'}:{line}: speed.start_hz = 8190.0: " in capsys.readouterr().out
+    (tmp_path / "model.yaml").write_text(MODEL.read_text().replace("stiffness_N_per_m: 3.38e7", "stiffness_N_per_m: 33.8"))
+    assert cli.main(["check", str(tmp_path / "model.yaml")]) == 0
+    assert "33.8 N/um are 3.38e7 N/m" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("path", sorted(path for path in (ROOT / "config").rglob("*.yaml")
+                                        if re.match(r"(#.*\n)*format: amb-(model|scenario)/1", path.read_text())),
+                         ids=lambda path: path.stem)
+def test_nothing_is_odd_in_our_own_files(path, capsys):
+    assert cli.main(["check", str(path)]) == 0
+    assert "remark" not in capsys.readouterr().out
 
 
 def test_an_unstable_loop_is_said_to_be(tmp_path, capsys):

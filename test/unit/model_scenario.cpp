@@ -106,6 +106,18 @@ INSTANTIATE_TEST_SUITE_P(
         ScenarioChange{"displacement: [1.0e-5, 0, 0, 0]", "displacement: [1.0e-5, 0, 0, x]",
                        "start.displacement.3"}));
 
+INSTANTIATE_TEST_SUITE_P(
+    Units, ScenarioRule,  // what is typed where a number has another unit
+    testing::Values(ScenarioChange{"end_hz: 120.0, duration_s: 0.5", "end_hz: 60000.0, duration_s: 0.5", "speed.end_hz"},
+                    ScenarioChange{"speed_hz: 60.0", "speed_hz: 36000.0", "faults.6.speed_hz"},
+                    ScenarioChange{"frequency_hz: 75.0", "frequency_hz: 75.0e6", "excitations.3.frequency_hz"},
+                    ScenarioChange{"offset_m: 1.0e-5", "offset_m: -10.0", "faults.5.offset_m"},
+                    ScenarioChange{"moment_kg_m: 2.0e-4", "moment_kg_m: 200.0", "faults.0.moment_kg_m"},
+                    ScenarioChange{"amplitude_N: 4.0", "amplitude_N: -4.0e8", "excitations.1.amplitude_N"},
+                    ScenarioChange{"displacement: [1.0e-5, 0, 0, 0]", "displacement: [0.1, 0, 0, 0]", "start.displacement.0"},
+                    ScenarioChange{"displacement: [1.0e-5, 0, 0, 0]", "displacement: [1.0e-5, 0, 0, 1.0]", "start.displacement.3"},
+                    ScenarioChange{"velocity: [0, 0, 0, 0]", "velocity: [0, 500, 0, 0]", "start.velocity.1"}));
+
 TEST(ModelScenario, tellsAllFaultsAtOnce) {
   const auto faults = faultsOfScenario(
       "format: amb-scenario/1\nname: s\nduration_s: -1\nspeed: {type: constant}\nexcitations: {}\n"

@@ -25,11 +25,15 @@ struct FieldLimit {
   double upper;        ///< the value may be at it
   const char* unit;
   const char* reason;
+  double largest = unlimited;  ///< its size is at most that: no rotor on magnets comes near it, and a unit is wrong
+  const char* why_largest = "";
 
+  bool isTooLarge(double value) const { return value > largest || value < -largest; }
   bool holds(double value) const {
-    return (lower_is_open ? value > lower : value >= lower) && value <= upper;
+    return (lower_is_open ? value > lower : value >= lower) && value <= upper && !isTooLarge(value);
   }
   std::string text() const;  ///< "must be above 0 kg (a rotor has a mass)"
+  std::string text(double value) const;  ///< of a value that breaks it: "must be at most 1e5 kg (the heaviest ...)"
 };
 
 /// One limit for every field of Rig::visit, in its order (unbalance once).

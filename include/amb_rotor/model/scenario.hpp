@@ -1,10 +1,13 @@
 #pragma once
 // What is done to a machine in a run: speed, excitation, faults, starting state. File format
 // amb-scenario/1; doc/formats.md. The node graph's Fault message carries the same FaultEvent.
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace amb_rotor {
+
+class FaultList;  // model/yaml_document.hpp
 
 enum class SpeedType {
   constant,  ///< the drive keeps it (spin_drag may lower it)
@@ -74,6 +77,7 @@ struct Scenario {
   bool start_settled = true;        ///< begin in the settled state of the starting speed
   std::vector<double> initial_displacement_m;  ///< else: x_G, y_G, beta, -alpha (rigid_mass: x_G, y_G)
   std::vector<double> initial_velocity_m_s;    ///< likewise, per second
+  std::shared_ptr<const FaultList> source;     ///< as Model::source
 };
 
 }  // namespace amb_rotor

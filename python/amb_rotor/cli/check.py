@@ -44,7 +44,7 @@ def _check_dataset(folder: pathlib.Path) -> str:
 
 
 def _check_model(path: pathlib.Path) -> str:
-    """What it is, and, because it is no fault of the file but seldom meant, whether it cannot levitate."""
+    """What it is, and, because it is no fault of the file but seldom meant, what is odd in it and whether it cannot levitate."""
     from amb_rotor import _core, modal
     model = _core.read_model(str(path))
     effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
@@ -52,7 +52,9 @@ def _check_model(path: pathlib.Path) -> str:
     try:
         growth = modal.largest_growth(model, 0.0)
     except InputError:  # some valid models have no modes
-        return found
+        growth = 0.0
+    for remark in model.remarks:
+        found += f"\nremark: {remark}"
     if growth > 1e-6:
         found += f"\nremark: NOT STABLE at standstill, grows with {growth:.3g} 1/s (amb modes says how)"
     return found
@@ -64,7 +66,7 @@ def _check_file(path: pathlib.Path, kind: str) -> str:
         return _check_model(path)
     if kind == "amb-scenario/1":
         scenario = _core.read_scenario(str(path))
-        return f"scenario {scenario.name}: {scenario.duration_s:g} s"
+        return "\nremark: ".join([f"scenario {scenario.name}: {scenario.duration_s:g} s", *scenario.remarks])
     if kind == "amb-sweep/1":
         sweep = _core.BasicSweep(str(path))
         return f"sweep {sweep.name}: {sweep.size} points"

@@ -67,6 +67,8 @@ def run(args) -> int:
         raise InputError("--picture: needs --motion-from")
     if args.motion_from is not None and not 0.0 <= args.motion_from < scenario.duration_s:
         raise InputError(f"--motion-from {args.motion_from:g}: must be within the run of {scenario.duration_s:g} s")
+    for remark in [*model.remarks, *scenario.remarks, *_core.remarks(model, scenario)]:
+        print(f"remark: {remark}")
     path.parent.mkdir(parents=True, exist_ok=True)
     began = time.perf_counter()
     result = _core.simulate(model, scenario)
