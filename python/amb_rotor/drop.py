@@ -12,6 +12,8 @@ A motion is named by the end that whirls the faster:
   rest          touches for at least `LASTING`, swings less
   spring        leaves and comes back again and again, to the end
   free          no contact
+A run that ends at a magnet (`ended`) has the motion of its last `BEFORE_HIT_S`; one that does not last as long, or ends
+otherwise, is named by its end: `magnet_hit`, `diverged`.
 """
 from __future__ import annotations
 
@@ -22,6 +24,7 @@ import numpy
 LEAST_WHIRL_HZ, LEAST_TURNS = 10.0, 2.0
 NEAR_WALL, LEAST_WALL = 0.8, 0.8
 LASTING, LEAST_SWING_DEG = 0.9, 2.0
+BEFORE_HIT_S = 0.05
 
 
 @dataclasses.dataclass
@@ -35,6 +38,7 @@ class Motion:
     contacts: int
     radius: float             # mean distance of the rotor from the stator's axis over the clearance
     peaks: list               # (frequency [Hz], amplitude [m]) of the horizontal motion, the largest first
+    ended: str = ""           # magnet_hit: the rotor reached a magnet; diverged; empty: the run came to its end
 
     def text(self) -> str:
         peaks = ", ".join(f"{frequency:.1f} Hz ({1e6 * amplitude:.1f} um)" for frequency, amplitude in self.peaks[:4])
@@ -52,6 +56,17 @@ def peaks(signal, rate_hz: float, highest_hz: float = 600.0) -> list:
     places = 1 + numpy.flatnonzero((inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (frequency[1:-1] < highest_hz))
     places = places[numpy.argsort(-amplitude[places])]
     return [(float(frequency[place]), float(amplitude[place])) for place in places]
+
+
+def motion_of_run(result: dict, from_s: float) -> Motion:
+    """The motion that a run (`_core.simulate`) ends in, from an instant on where it lasts so long."""
+    if result["status"] == "ok":
+        return motion(result["columns"], result["clearance_m"], from_s)
+    ended = "magnet_hit" if result["status"] == "magnet_hit" else "diverged"
+    begin = result["time_s"] - BEFORE_HIT_S
+    if ended == "magnet_hit" and begin > 0.0 and numpy.count_nonzero(result["columns"]["t_s"] >= begin) >= 16:
+        return dataclasses.replace(motion(result["columns"], result["clearance_m"], begin), ended=ended)
+    return Motion(ended, 0.0, 0.0, 0.0, 0.0, 0, float("inf"), [], ended)
 
 
 def motion(columns: dict, clearance: float, from_s: float) -> Motion:

@@ -90,6 +90,8 @@ LinearReading::Places LinearReading::places(const Eigen::VectorXd& y) {
     out[2 * e + 1] = seen.aux_position[e].y - seen.contact[e].centre.y;
     out[4 + 2 * e] = seen.sensor_position[e].x;
     out[4 + 2 * e + 1] = seen.sensor_position[e].y;
+    out[8 + 2 * e] = seen.amb_position[e].x;
+    out[8 + 2 * e + 1] = seen.amb_position[e].y;
   }
   return out;
 }
@@ -101,10 +103,11 @@ void LinearReading::probe() {
   cosine_ = f0 - constant_;
   sine_ = rates(zero, 0.5 * pi, nullptr) - constant_;
   system_.a.resize(n_, n_);
-  Eigen::MatrixXd c(8, n_);
+  Eigen::MatrixXd c(12, n_);
   const Places at_zero = places(zero);
   place0_ = at_zero.head<4>();
-  sensor0_ = at_zero.tail<4>();
+  sensor0_ = at_zero.segment<4>(4);
+  magnet0_ = at_zero.tail<4>();
   for (int j = 0; j < n_; ++j) {
     Eigen::VectorXd y = zero;
     y[j] = 1.0;
@@ -141,7 +144,8 @@ void LinearReading::probe() {
     system_.c.middleRows(4 * e + 2, 2) =
         c.middleRows(2 * e, 2) * system_.a;  // a place's rate is a velocity state
   }
-  sensed_ = c.bottomRows(4);
+  sensed_ = c.middleRows(4, 4);
+  in_magnets_ = c.bottomRows(4);
   if (!reason_.empty()) return;
   probeContacts();
   if (reason_.empty()) check();
@@ -236,9 +240,12 @@ void LinearReading::check() {
     if (!(misfit.array().abs() <= largest_probe_misfit * terms.array() + 1e-300).all()) fail("rates are");
     const Places seen_places = places(y);
     const Eigen::Vector4d place = seen_places.head<4>() - place0_;
-    if (!((seen_places.tail<4>() - sensor0_ - sensed_ * y).cwiseAbs().maxCoeff() <=
+    if (!((seen_places.segment<4>(4) - sensor0_ - sensed_ * y).cwiseAbs().maxCoeff() <=
           largest_probe_misfit * clearance))
       fail("sensors' places are");
+    if (!((seen_places.tail<4>() - magnet0_ - in_magnets_ * y).cwiseAbs().maxCoeff() <=
+          largest_probe_misfit * clearance))
+      fail("magnets' places are");
     for (int e = 0; e < 2; ++e) {
       const Eigen::VectorXd w = system_.c.middleRows(4 * e, 4) * y;
       for (int axis = 0; axis < 2; ++axis)

@@ -7,7 +7,7 @@
 //   u: force on the rotor at the end a, then b [N, x y each]; forces of a schedule [N]; its unbalances
 //   (factor times
 //      cosine, factor times sine of the angle)
-//   w: displacement and velocity of each end in its bearing [m, m/s];  beside it the rotor at the sensors [m]
+//   w: displacement and velocity of each end in its bearing [m, m/s];  beside it the rotor at sensors and magnets [m]
 //
 // Checked against the machine at random states, in and out of contact, at constant speed and with bearings on
 // or off as given; reason() says what is not linear. Left out: what depends on the history (coils, filters,
@@ -75,8 +75,8 @@ class LinearReading : public EndContacts {
   const Schedule* schedule_;
   std::string reason_;
   LinearSystem system_;
-  Eigen::Vector4d place0_, sensor0_;
-  Eigen::MatrixXd sensed_;  ///< the rotor at the sensors from y
+  Eigen::Vector4d place0_, sensor0_, magnet0_;
+  Eigen::MatrixXd sensed_, in_magnets_;  ///< the rotor at the sensors and at the magnetic bearings from y
   Eigen::VectorXd constant_, cosine_, sine_;
   Eigen::MatrixXd by_current_;
   bool driven_ = false;
@@ -84,8 +84,8 @@ class LinearReading : public EndContacts {
   std::vector<double> factors_, later_factors_, drive_factors_;
 
  private:
-  /// Displacements of the ends in their bearings, then of the rotor at the sensors.
-  using Places = Eigen::Matrix<double, 8, 1>;
+  /// Displacements of the ends in their bearings, then of the rotor at the sensors, then at the magnetic bearings.
+  using Places = Eigen::Matrix<double, 12, 1>;
 
   double general(int end, const double* w, double* u, Normal& normal) const;
   Eigen::VectorXd rates(const Eigen::VectorXd& y, double angle, const double* current,

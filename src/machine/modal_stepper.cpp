@@ -53,12 +53,8 @@ class ModalStepper::Linear final : public LinearReading {
     flow_->mechanics(whole_, turned_, written_);
     std::memcpy(mechanics, written_.data(), sizeof(double) * static_cast<std::size_t>(n_));
   }
-  void atSensors(Vec2<double> out[2]) const {
-    Eigen::Vector4d at = sensor0_;
-    product(to_sensors_.data(), 4, whole_.size(), whole_.data(), at.data(), true);
-    out[0] = {at[0], at[1]};
-    out[1] = {at[2], at[3]};
-  }
+  void atSensors(Vec2<double> out[2]) const { at(sensor0_, to_sensors_, out); }
+  void atMagnets(Vec2<double> out[2]) const { at(magnet0_, to_magnets_, out); }
 
   /// Moves on; where that fails the state is as it was, but for the contacts.
   IntegrationStatus advance(double from, double length, double angle, const double target[4],
@@ -83,6 +79,12 @@ class ModalStepper::Linear final : public LinearReading {
   }
 
  private:
+  void at(const Eigen::Vector4d& at_zero, const AlignedMatrix& from_modes, Vec2<double> out[2]) const {
+    Eigen::Vector4d place = at_zero;
+    product(from_modes.data(), 4, whole_.size(), whole_.data(), place.data(), true);
+    out[0] = {place[0], place[1]};
+    out[1] = {place[2], place[3]};
+  }
   /// Whether something of the schedule acts in an interval that is not in the drive; then pushes_ says what.
   bool pushed(double from, double to) {
     if (schedule_ == nullptr) return false;
@@ -139,6 +141,7 @@ class ModalStepper::Linear final : public LinearReading {
     harmonicDrive();
     contact_->setDrive(drive_);
     to_sensors_ = sensed_ * flow_->fromModal();
+    to_magnets_ = in_magnets_ * flow_->fromModal();
     whole_.setZero(size);
     turned_ = own_ = kept_ = whole_;
     written_.setConstant(n_, std::nan(""));
@@ -161,7 +164,7 @@ class ModalStepper::Linear final : public LinearReading {
   std::unique_ptr<LinearFlow> flow_;
   std::unique_ptr<ContactFlow> contact_;
   ContactFlow::Drive drive_;
-  AlignedMatrix to_sensors_;
+  AlignedMatrix to_sensors_, to_magnets_;
   Eigen::VectorXd whole_, turned_, own_, kept_, written_, event_;
   double since_ = 0.0, angle_ = 0.0;  ///< at the start of the interval
   const ContactFlow::Pushes pushes_ = [this](double time, double* u) { push(time, u); };
@@ -265,6 +268,12 @@ void ModalStepper::bring(MachineState<double>& state) {
 bool ModalStepper::atSensors(const MachineState<double>& state, Vec2<double> out[2]) const {
   if (holder_ == nullptr || &state != held_state_) return false;
   holder_->atSensors(out);
+  return true;
+}
+
+bool ModalStepper::atMagnets(const MachineState<double>& state, Vec2<double> out[2]) const {
+  if (holder_ == nullptr || &state != held_state_) return false;
+  holder_->atMagnets(out);
   return true;
 }
 

@@ -1,6 +1,7 @@
 #include "amb_rotor/machine/run.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <type_traits>
 
 #include "amb_rotor/effects/catalogue.hpp"
@@ -100,7 +101,77 @@ double largestRadius(const Machine<double>& machine, const double* mechanics) {
   return largest;
 }
 
+/// The first end at which the rotor is not within the air gap.
+std::optional<MagnetHit> hitAt(const Vec2<double> position[2], double air_gap_m, double time_s) {
+  for (int end = 0; end < 2; ++end) {
+    const double displacement = std::hypot(position[end].x, position[end].y);
+    if (displacement >= air_gap_m) return MagnetHit{end, time_s, displacement, air_gap_m};
+  }
+  return std::nullopt;
+}
+
+/// A stepper that ends a run at the first instant at which the rotor is at a magnet.
+template <class Stepper>
+class WithinGaps {
+ public:
+  WithinGaps(const Machine<double>& machine, Stepper& stepper)
+      : machine_(machine), stepper_(stepper), air_gap_(machine.rig().amb.air_gap_m) {}
+
+  bool advance(const Simulator<double>& sim, double from, double to, MachineState<double>& state,
+               const Simulator<double>::Held& held) {
+    if (!looked_ && !within(state, from)) return false;
+    return stepper_.advance(sim, from, to, state, held) && within(state, to);
+  }
+  void bring(MachineState<double>& state) {
+    if constexpr (KeepsMechanics<Stepper, double>::value) stepper_.bring(state);
+  }
+  bool atSensors(const MachineState<double>& state, Vec2<double> out[2]) const {
+    if constexpr (KeepsMechanics<Stepper, double>::value) return stepper_.atSensors(state, out);
+    return false;
+  }
+  const std::optional<MagnetHit>& hit() const { return hit_; }
+
+ private:
+  bool within(const MachineState<double>& state, double time) {
+    looked_ = true;
+    if (machine_.ambModel() != AmbModel::linear) return true;
+    Vec2<double> position[2];
+    bool known = false;
+    if constexpr (KeepsMechanics<Stepper, double>::value) known = stepper_.atMagnets(state, position);
+    if (!known) machine_.atMagnets(state.mechanics.data(), position);
+    hit_ = hitAt(position, air_gap_, time);
+    return !hit_;
+  }
+
+  const Machine<double>& machine_;
+  Stepper& stepper_;
+  double air_gap_;
+  bool looked_ = false;
+  std::optional<MagnetHit> hit_;
+};
+
+/// Why a stepper did not get through, into an outcome.
+void fail(const std::optional<MagnetHit>& hit, const IntegrationResult& result, const std::string& when, RunOutcome& outcome) {
+  outcome.status = hit ? RunStatus::magnet_hit : RunStatus::integration_failed;
+  outcome.magnet_hit = hit;
+  outcome.reason = when + (hit ? hit->text() : result.reason());
+}
+
 }  // namespace
+
+std::string MagnetHit::text() const {
+  char text[160];
+  std::snprintf(text, sizeof text, "the rotor reached the magnets of bearing %c: displaced by %.4g m, the air gap is %.4g m",
+                end == 0 ? 'a' : 'b', displacement_m, air_gap_m);
+  return text;
+}
+
+std::optional<MagnetHit> magnetHit(const Machine<double>& machine, const double* mechanics, double time_s) {
+  if (machine.ambModel() != AmbModel::linear) return std::nullopt;
+  Vec2<double> position[2];
+  machine.atMagnets(mechanics, position);
+  return hitAt(position, machine.rig().amb.air_gap_m, time_s);
+}
 
 std::string divergence(const Machine<double>& machine, const double* mechanics) {
   const double limit = divergence_factor * machine.rig().auxiliary_bearing.clearance_m;
@@ -148,9 +219,8 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
   const double from = -std::ceil(options.settle_s * rate) / rate;
   MachineState<double> state = sim.atRest(from);
   const auto run = [&](auto&& stepper) {
-    if (sim.run(state, 0.0, stepper, [](const Record<double>&) {})) return;
-    outcome.status = RunStatus::integration_failed;
-    outcome.reason = "run-in: " + stepper.result().reason();
+    WithinGaps within(machine, stepper);
+    if (!sim.run(state, 0.0, within, [](const Record<double>&) {})) fail(within.hit(), stepper.result(), "run-in: ", outcome);
   };
   if (modes != nullptr && inModes(machine, options))
     run(*modes);
@@ -181,6 +251,7 @@ void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineStat
     else
       out.contacts.push_back({end, since[end], time});
   });
+  WithinGaps within(machine, stepper);
   std::string diverged;
   const auto sink = [&](const Record<double>& seen) {
     record(sim, seen, out);
@@ -191,11 +262,12 @@ void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineStat
     const double slice = std::max(scenario.duration_s / 200.0, 1e-3);
     for (double end = std::min(slice, scenario.duration_s);; end = std::min(end + slice, scenario.duration_s)) {
       const bool last = end >= scenario.duration_s;
-      if (!sim.run(state, end, stepper, sink, last)) return false;
+      if (!sim.run(state, end, within, sink, last)) return false;
       if (diverged.empty()) diverged = divergence(machine, state.mechanics.data());
       if (!diverged.empty() || last) return true;
     }
   }();
+  if (within.hit()) state.time = within.hit()->time_s;  // the mechanics are those that were seen there
   for (int end = 0; end < 2; ++end)
     if (state.contact_mode[end] != 0) out.contacts.push_back({end, since[end], state.time});
   run.outcome.time_s = state.time;
@@ -203,8 +275,7 @@ void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineStat
   run.outcome.evaluations = stepper.statistics().evaluations;
   run.outcome.events = stepper.statistics().events;
   if (!finished) {
-    run.outcome.status = RunStatus::integration_failed;
-    run.outcome.reason = stepper.result().reason();
+    fail(within.hit(), stepper.result(), "", run.outcome);
   } else if (!diverged.empty()) {
     run.outcome.status = RunStatus::diverged;
     run.outcome.reason = diverged;

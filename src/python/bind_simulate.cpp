@@ -46,9 +46,19 @@ py::dict asDict(Simulation&& simulation) {
   d["columns"] = columns;
   d["contacts"] = contacts;
   d["clearance_m"] = t.clearance_m;
-  d["status"] = outcome.status == RunStatus::ok         ? "ok"
-                : outcome.status == RunStatus::diverged ? "diverged"
-                                                        : "failed";
+  d["status"] = outcome.status == RunStatus::ok           ? "ok"
+                : outcome.status == RunStatus::diverged   ? "diverged"
+                : outcome.status == RunStatus::magnet_hit ? "magnet_hit"
+                                                          : "failed";
+  d["magnet_hit"] = py::none();
+  if (outcome.magnet_hit) {
+    py::dict hit;
+    hit["bearing"] = ends[outcome.magnet_hit->end];
+    hit["time_s"] = outcome.magnet_hit->time_s;
+    hit["displacement_m"] = outcome.magnet_hit->displacement_m;
+    hit["air_gap_m"] = outcome.magnet_hit->air_gap_m;
+    d["magnet_hit"] = hit;
+  }
   d["reason"] = outcome.reason;
   d["time_s"] = outcome.time_s;
   d["steps"] = outcome.steps;

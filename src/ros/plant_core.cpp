@@ -172,6 +172,7 @@ bool PlantCore::advance(const ControlCommand& control, const ContactForces& cont
     return false;
   }
   reason_ = divergence(*machine_, state_.mechanics.data());
+  if (const auto hit = magnetHit(*machine_, state_.mechanics.data(), state_.time)) reason_ = hit->text();
   diverged_ = !reason_.empty();
 
   const Shaft<double> after = machine_->spin() == Spin::prescribed

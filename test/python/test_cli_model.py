@@ -230,6 +230,22 @@ def test_gyroscopic_modes_part_into_forward_and_backward():
     assert whirls["forward"] > whirls["backward"]
 
 
+def test_a_rotor_that_reaches_a_magnet_ends_the_run(tmp_path, capsys):
+    """Auxiliary bearings of another unit, 33.8 N/um as 33.8: they are remarked, and hold nothing."""
+    found = tmp_path / "run.json"
+    assert cli.main(["simulate", str(MODEL), "--scenario", str(DROP), "--out", str(tmp_path / "run.npz"), "--json", str(found),
+                     "--set", "rig.auxiliary_bearing.contact.stiffness_N_per_m=33.8"]) == 1
+    out = capsys.readouterr().out
+    assert "remark: rig.auxiliary_bearing.contact.stiffness_N_per_m = 33.8: mostly from" in out
+    assert "the rotor reached the magnets of bearing" in out
+    summary = json.loads(found.read_text())
+    hit = summary["magnet_hit"]
+    assert summary["status"] == "magnet_hit" and hit["bearing"] in ("a", "b")
+    assert hit["air_gap_m"] == 0.75e-3 <= hit["displacement_m"] < 0.76e-3
+    assert 0.1 + math.sqrt(2 * 0.72e-3 / 9.81) < hit["time_s"] == summary["time_s"] < 0.3  # a fall, which the damper slows
+    assert "motion" not in summary, "it did not come to the second half of the failure"
+
+
 def test_check_remarks_what_is_of_another_unit(tmp_path, capsys):
     text = DROP.read_text().replace("start_hz: 136.5", "start_hz: 8190.0")  # turns a minute
     (tmp_path / "drop.yaml").write_text(text)

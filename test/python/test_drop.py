@@ -82,6 +82,19 @@ def test_the_thesiss_motions_appear_for_the_conditions_of_doc_thesis(kind, tmp_p
         assert found[2] > 2.0 * found[4] > 2.0 * found.get(6, 0.0) > 0.0
 
 
+def test_a_run_that_ends_at_a_magnet_is_named_so():
+    whirling = {"status": "magnet_hit", "columns": table(*MADE["backward_whirl"]), "clearance_m": CLEARANCE, "time_s": 1.0}
+    found = drop.motion_of_run(whirling, 5.0)  # it did not come to the instant that was asked for
+    assert (found.kind, found.ended) == ("backward_whirl", "magnet_hit")
+    early = drop.motion_of_run({**whirling, "time_s": 0.01}, 0.0)
+    assert (early.kind, early.ended) == ("magnet_hit", "magnet_hit")
+    failed = drop.motion_of_run({**whirling, "status": "failed"}, 0.0)
+    assert (failed.kind, failed.ended) == ("diverged", "diverged")
+    for wanted in ("backward_whirl", "magnet_hit"):
+        assert drops.matches({"wanted": {"motion": wanted}}, found)
+    assert not drops.matches({"wanted": {"motion": "spring"}}, found)
+
+
 def test_a_picture_of_an_unknown_kind_is_refused_before_the_run(tmp_path, capsys):
     words = ["simulate", str(THESIS / "drop_150_hz.yaml"), "--motion-from", "0.4", "--out", str(tmp_path / "r.npz")]
     assert cli.main([*words, "--picture", str(tmp_path / "drop.xyz")]) == 2

@@ -220,6 +220,7 @@ TEST(MachineResponse, ARunThatLeavesTheBearingIsATypedResult) {
   Model model = levitated();
   model.rig.controller.kp_A_per_m = -1e6;
   model.rig.auxiliary_bearing.stiffness_N_per_m = 1.0;  // nothing to hold it
+  model.rig.amb.air_gap_m = 1.0;                        // and no magnet in the way
   const auto run = simulate(model, from(constantSpeed(0.0, 0.5), {1e-5, 0.0, 0.0, 0.0}, {}));
   EXPECT_EQ(run.outcome.status, RunStatus::diverged);
   EXPECT_FALSE(run.outcome.reason.empty());

@@ -232,7 +232,8 @@ TEST(RunDivergence, AConicalModeThatLeavesTheCentreAtRest) {
   const double feedback = amb.current_stiffness_N_per_A * model.rig.controller.kp_A_per_m;
   ASSERT_GT(feedback, amb.displacement_stiffness_N_per_m);
   ASSERT_LT(feedback * 0.02, amb.displacement_stiffness_N_per_m * 0.096);
-  model.rig.auxiliary_bearing.stiffness_N_per_m = 1.0;  // nothing in the way
+  model.rig.auxiliary_bearing.stiffness_N_per_m = 1.0;  // nothing in the way, nor a magnet
+  model.rig.amb.air_gap_m = 1.0;
   model.rig.auxiliary_bearing.damping_N_s_per_m = 0.0;
   const auto run = simulate(model, from(constantSpeed(0.0, 2.0, 1000.0), {0.0, 0.0, 1e-6, 0.0}, {}));
   double centre = 0.0, end = 0.0;

@@ -104,6 +104,8 @@ class Machine {
   }
   /// Signals at a state.
   void signals(const Shaft<S>& shaft, const S* state, Vec2<S> signal[2]) const;
+  /// The rotor at the magnetic bearings relative to the stator [m]: what their air gaps see.
+  void atMagnets(const S* state, Vec2<S> position[2]) const;
   /// Shaft of a state where the spin is a state.
   Shaft<S> shaftOf(const S* state) const {
     return Shaft<S>::at(state[size_ - 2], state[size_ - 1], S(0.0));

@@ -160,6 +160,13 @@ void Machine<S>::signals(const Shaft<S>& shaft, const S* state, Vec2<S> signal[2
 }
 
 template <class S>
+void Machine<S>::atMagnets(const S* state, Vec2<S> position[2]) const {
+  Vec2<S> stator, stator_velocity;
+  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
+  for (int end = 0; end < 2; ++end) position[end] = rotor_.at(plane_amb + end, state) - stator;
+}
+
+template <class S>
 void Machine<S>::electricRates(const Inputs<S>& in, const Shaft<S>& shaft, const S* state, S* rate,
                                Observation<S>* seen) const {
   Vec2<S> signal[2], stator, stator_velocity;

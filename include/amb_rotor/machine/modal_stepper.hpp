@@ -45,6 +45,8 @@ class ModalStepper {
   void bring(MachineState<double>& state);
   /// The rotor at the sensors relative to the stator [m]; false: as the state says.
   bool atSensors(const MachineState<double>& state, Vec2<double> out[2]) const;
+  /// The rotor at the magnetic bearings likewise.
+  bool atMagnets(const MachineState<double>& state, Vec2<double> out[2]) const;
 
   const IntegrationResult& result() const { return result_; }
   /// Of both steppers together, since countAnew().

@@ -1,6 +1,7 @@
 #pragma once
 // One run of one machine, in process: a model and a scenario in, a trajectory out.
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,11 +34,22 @@ struct Trajectory {
   std::vector<ContactSpan> contacts;
 };
 
-enum class RunStatus { ok, diverged, integration_failed };
+enum class RunStatus { ok, diverged, magnet_hit, integration_failed };
+
+/// The rotor has reached a magnet. No air gap is left, so that no law of the bearing's force holds from here on, and
+/// iron meets iron, whether the bearing is on or off.
+struct MagnetHit {
+  int end = 0;                  ///< 0: bearing a, 1: bearing b
+  double time_s = 0.0;          ///< of the first instant at which it was seen
+  double displacement_m = 0.0;  ///< of the rotor from the bearing's axis, in any direction: the poles stand all round
+  double air_gap_m = 0.0;
+  std::string text() const;
+};
 
 struct RunOutcome {
   RunStatus status = RunStatus::ok;
   std::string reason;   ///< empty where ok
+  std::optional<MagnetHit> magnet_hit;  ///< where that is the status
   double time_s = 0.0;  ///< reached
   long steps = 0, evaluations = 0, events = 0;
   std::string path;     ///< modal coordinates or event stepper, and why (machine/modal_stepper.hpp)
@@ -65,6 +77,11 @@ void startAsGiven(const Machine<double>& machine, const Scenario& scenario, Mach
 /// magnetic bearing, a sensor or an auxiliary bearing. A tilt or a bend that grows moves one of these six planes,
 /// wherever its nodes are. Empty: it goes on. One rule for runs in process and in the node graph.
 std::string divergence(const Machine<double>& machine, const double* mechanics);
+
+/// Whether the rotor is at a magnet. Every bearing whose model states an air gap has one: a linear law is one about the
+/// centre of this gap, and ends with it as the others do. Springs and dampers (AmbModel::equivalent) have no magnets.
+/// Looked at at every instant of a run (samples, commands, records): a hit is told at most one of them late.
+std::optional<MagnetHit> magnetHit(const Machine<double>& machine, const double* mechanics, double time_s);
 
 /// The settled state of a machine at the start of a drive: run in at its starting speed without excitation,
 /// faults and integrator, for options.settle_s.

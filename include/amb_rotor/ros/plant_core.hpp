@@ -23,8 +23,8 @@ class PlantCore {
   /// The step that is to be answered now; header.stamp is the caller's.
   const RotorState& state() const { return message_; }
   bool finished() const { return finished_; }
-  /// Takes the step that was answered. False: the run has ended by divergence or a failed integration, see
-  /// reason().
+  /// Takes the step that was answered. False: the run has ended by divergence, at a magnet or by a failed
+  /// integration, see reason().
   bool advance(const ControlCommand& control, const ContactForces& contact, const Injection& injection);
   bool diverged() const { return diverged_; }
   const std::string& reason() const { return reason_; }

@@ -131,7 +131,8 @@ def _summary(model, scenario, result: dict, seconds: float) -> dict:
     if touching.size:
         fraction = float(numpy.mean(touching))
     return {"model": model.name, "model_hash": model.hash, "scenario": scenario.name, "status": result["status"],
-            "reason": result["reason"], "duration_s": scenario.duration_s, "time_s": result["time_s"],
+            "reason": result["reason"], "magnet_hit": result["magnet_hit"], "duration_s": scenario.duration_s,
+            "time_s": result["time_s"],
             "samples": int(columns["t_s"].size), "max_radius": radius, "contact_fraction": fraction,
             "contacts": len(result["contacts"]), "max_contact_force_N": force, "steps": result["steps"],
             "events": result["events"], "path": result["path"], "seconds": seconds}

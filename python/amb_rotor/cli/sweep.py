@@ -364,7 +364,8 @@ def _drops(args, path: pathlib.Path) -> int:
     seconds = time.perf_counter() - began
     counts = collections.Counter(point["motion"].kind for point in points)
     kinds = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.most_common())
-    print(f"{len(points)} drops, {seconds:.0f} s: {kinds}")
+    hits = sum(point["motion"].ended == "magnet_hit" for point in points)
+    print(f"{len(points)} drops, {seconds:.0f} s: {kinds}" + (f"; in {hits} of them the rotor reaches a magnet" if hits else ""))
     matching = [drops.matches(document, point["motion"]) for point in points]
     print(f"{sum(matching)} of {len(points)} show {drops.wanted_text(document)}; of each value of the grid:")
     for key, values in document["grid"].items():
@@ -372,7 +373,7 @@ def _drops(args, path: pathlib.Path) -> int:
                   for value in values]
         print(f"  {key}: " + ", ".join(f"{value:g}: {sum(hits)}/{len(hits)}" for value, hits in shares))
     common.write_json(args, {"name": document["name"], "matching": int(sum(matching)), "points": [
-        {"parameters": point["values"], "motion": point["motion"].kind, "whirl_hz": point["motion"].whirl_hz,
+        {"parameters": point["values"], "motion": point["motion"].kind, "ended": point["motion"].ended, "whirl_hz": point["motion"].whirl_hz,
          "contact_share": point["motion"].contact_share, "matches": bool(match)}
         for point, match in zip(points, matching)]})
     pictures = draw.drop_map(document["title"], document["grid"], points, folder)

@@ -205,7 +205,8 @@ def outcomes(title: str, what: str, right_axis: tuple, up_axis: tuple, hit, rows
 
 
 DROP_COLOURS = {"free": "#c6dbef", "rest": "#9ecae1", "oscillation": "#4292c6", "spring": "#fdae6b",
-                "forward_whirl": "#74c476", "backward_whirl": "#de2d26", "diverged": "#252525"}
+                "forward_whirl": "#74c476", "backward_whirl": "#de2d26", "magnet_hit": "#6a51a3",
+                "diverged": "#252525"}
 
 
 def drop_map(title: str, grid: dict, points: list[dict], folder: pathlib.Path) -> list[pathlib.Path]:

@@ -20,7 +20,6 @@ FORMAT = "amb-drop-probability/1"
 KEYS = {"format", "name", "title", "model", "scenario", "motion_from_s", "relative_tolerance", "wanted", "samples", "seed",
         "drawn", "changes"}
 SPEED = "scenario.speed.start_hz"
-ENDS = ("diverged", 0.0, 0.0, 0.0, 0.0, 0, float("inf"), [])  # a run that leaves all bounds
 
 
 def read(path: pathlib.Path) -> dict:
@@ -66,7 +65,7 @@ def run(document: dict, progress=None) -> tuple[dict, dict]:
             values[path] = factor * values.get(path, fields[path])
         machine = model.with_overrides([f"{path}={value!r}" for path, value in values.items()])
         result = _core.simulate(machine, scenarios[index], relative_tolerance=tolerance)
-        found = drop.motion(result["columns"], result["clearance_m"], begin) if result["status"] == "ok" else drop.Motion(*ENDS)
+        found = drop.motion_of_run(result, begin)
         if progress:
             progress(1)
         return drops.matches(document, found)

@@ -17,7 +17,7 @@ from amb_rotor.sweeps.document import Document
 FORMAT = "amb-drop-map/1"
 KEYS = {"format", "name", "title", "model", "scenario", "motion_from_s", "wanted", "grid", "relative_tolerance"}
 WANTED_KEYS = {"motion", "whirl_from_hz", "whirl_to_hz"}
-KINDS = ("free", "rest", "oscillation", "spring", "forward_whirl", "backward_whirl")
+KINDS = ("free", "rest", "oscillation", "spring", "forward_whirl", "backward_whirl", "magnet_hit")
 
 
 def check(document: Document) -> tuple:
@@ -58,7 +58,7 @@ def size(document: dict) -> int:
 
 def matches(document: dict, motion) -> bool:
     wanted = document["wanted"]
-    return motion.kind == wanted["motion"] and \
+    return wanted["motion"] in (motion.kind, motion.ended) and \
         wanted.get("whirl_from_hz", -math.inf) <= motion.whirl_hz <= wanted.get("whirl_to_hz", math.inf)
 
 
@@ -79,10 +79,7 @@ def run_drops(document: dict, progress=None) -> list[dict]:
 
     def one(index: int) -> dict:
         result = _core.simulate(machines[index], scenario, relative_tolerance=float(document["relative_tolerance"]))
-        if result["status"] == "ok":
-            found = drop.motion(result["columns"], result["clearance_m"], float(document["motion_from_s"]))
-        else:
-            found = drop.Motion("diverged", 0.0, 0.0, 0.0, 0.0, 0, math.inf, [])
+        found = drop.motion_of_run(result, float(document["motion_from_s"]))
         if progress:
             progress(1)
         return {"values": grid[index], "motion": found}
