@@ -24,6 +24,7 @@ import numpy
 LEAST_WHIRL_HZ, LEAST_TURNS = 10.0, 2.0
 NEAR_WALL, LEAST_WALL = 0.8, 0.8
 LASTING, LEAST_SWING_DEG = 0.9, 2.0
+LEAST_FAILURE_S = 0.1  # half of it is one turn of a slow whirl
 BEFORE_HIT_S = 0.05
 
 
@@ -67,6 +68,23 @@ def motion_of_run(result: dict, from_s: float) -> Motion:
     if ended == "magnet_hit" and begin > 0.0 and numpy.count_nonzero(result["columns"]["t_s"] >= begin) >= 16:
         return dataclasses.replace(motion(result["columns"], result["clearance_m"], begin), ended=ended)
     return Motion(ended, 0.0, 0.0, 0.0, 0.0, 0, float("inf"), [], ended)
+
+
+def power_failure(scenario: dict) -> tuple[float, float] | None:
+    """The longest time in which a scenario (its file as a dictionary) has all axes of both magnetic bearings off; None: there
+    is none, or it is too short to name a motion."""
+    longest = None
+    for fault in scenario["faults"]:
+        if fault["type"] != "amb_off" or fault["end"] != "both" or fault["axis"] != "both":
+            continue
+        begin, end = float(fault["start_s"]), float(scenario["duration_s"])
+        if fault["duration_s"] > 0.0:
+            end = min(end, begin + float(fault["duration_s"]))
+        end = min([end, *(float(other["start_s"]) for other in scenario["faults"]
+                          if other["type"] == "amb_on" and other["start_s"] > begin)])
+        if end - begin >= LEAST_FAILURE_S and (longest is None or end - begin > longest[1] - longest[0]):
+            longest = begin, end
+    return longest
 
 
 def motion(columns: dict, clearance: float, from_s: float) -> Motion:

@@ -82,6 +82,35 @@ def test_the_thesiss_motions_appear_for_the_conditions_of_doc_thesis(kind, tmp_p
         assert found[2] > 2.0 * found[4] > 2.0 * found.get(6, 0.0) > 0.0
 
 
+@pytest.mark.parametrize("scenario, kind", [("drop.yaml", "spring"), ("drop_40_hz.yaml", "oscillation"),
+                                            ("drop_150_hz.yaml", "backward_whirl")])
+def test_each_scenario_shows_a_motion_of_the_thesis_as_it_stands(scenario, kind, tmp_path, capsys):
+    pytest.importorskip("amb_rotor._core")
+    assert cli.main(["simulate", str(THESIS / scenario), "--out", str(tmp_path / "run.npz"), "--json", str(tmp_path / "a.json"),
+                     "--picture", str(tmp_path / "drop.png")]) == 0
+    assert json.loads((tmp_path / "a.json").read_text())["motion"]["kind"] == kind
+    assert f": {kind.replace('_', ' ')}: whirl" in capsys.readouterr().out
+    assert (tmp_path / "drop.png").stat().st_size > 10000
+
+
+def off(start, duration, end="both", axis="both"):
+    return {"type": "amb_off", "start_s": start, "duration_s": duration, "end": end, "axis": axis}
+
+
+@pytest.mark.parametrize("faults, expected", [
+    ([], None),
+    ([off(0.1, 0.0)], (0.1, 1.0)),
+    ([off(0.1, 5.0)], (0.1, 1.0)),
+    ([off(0.1, 0.2), off(0.4, 0.3)], (0.4, pytest.approx(0.7))),
+    ([off(0.1, 0.0), {"type": "amb_on", "start_s": 0.6, "end": "a", "axis": "x"}], (0.1, 0.6)),
+    ([off(0.1, 0.0, end="a")], None),
+    ([off(0.1, 0.0, axis="y")], None),
+    ([off(0.1, 0.05)], None),
+])
+def test_the_time_without_power(faults, expected):
+    assert drop.power_failure({"duration_s": 1.0, "faults": faults}) == expected
+
+
 def test_a_run_that_ends_at_a_magnet_is_named_so():
     whirling = {"status": "magnet_hit", "columns": table(*MADE["backward_whirl"]), "clearance_m": CLEARANCE, "time_s": 1.0}
     found = drop.motion_of_run(whirling, 5.0)  # it did not come to the instant that was asked for

@@ -22,7 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO",
                         help="drop, overload, levitation, or the path of an amb-scenario/1 file")
     parser.add_argument("--model", metavar="MODEL",
-                        help="amb-model/1 file (default: the thesis's rig, config/thesis/levitation_model.yaml)")
+                        help="amb-model/1 file (default: that beside the scenario which its name begins with, as of amb "
+                        "simulate; without one the thesis's rig, config/thesis/levitation_model.yaml)")
     parser.add_argument("--nodelets", action="store_true", help="all in one process, without copies of messages")
     parser.add_argument("--record", metavar="BAG", help="write all topics into a bag at simulated time")
     parser.add_argument("--rate", type=float, default=1.0, metavar="R",
@@ -46,6 +47,17 @@ def scenario_path(text: str, folder: pathlib.Path) -> pathlib.Path:
     raise InputError(f"{text}: there is no such file, and no scenario of that name (there are: {', '.join(known)})")
 
 
+def model_path(scenario: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
+    """The model that belongs to a scenario by its name, or the thesis's rig."""
+    from amb_rotor import models
+    from amb_rotor.errors import InputError
+
+    try:
+        return models.beside(scenario)
+    except InputError:
+        return folder / "levitation_model.yaml"
+
+
 def plant_is_running() -> bool:
     """Whether a plant runs at our master already: a second one would take its names away."""
     import rosgraph
@@ -63,7 +75,8 @@ def roslaunch_command(args: argparse.Namespace) -> list[str]:
     from amb_rotor.paths import share_folder
 
     thesis = share_folder() / "config" / "thesis"
-    model = common.input_path(args.model).resolve() if args.model else thesis / "levitation_model.yaml"
+    scenario = scenario_path(args.scenario, thesis)
+    model = common.input_path(args.model).resolve() if args.model else model_path(scenario, thesis)
     if args.rate < 0.0 or not args.contact_step > 0.0:
         raise InputError("--rate must be from 0, --contact-step above 0")
     record = ""
@@ -73,7 +86,7 @@ def roslaunch_command(args: argparse.Namespace) -> list[str]:
             raise InputError(f"{record.parent}: there is no such folder")
     return [sys.executable, "-P", "/usr/bin/roslaunch", "--sigint-timeout=8", "--sigterm-timeout=2",
             str(share_folder() / "launch" / "graph.launch"), f"model:={model}",
-            f"scenario:={scenario_path(args.scenario, thesis)}", f"rate:={args.rate!r}",
+            f"scenario:={scenario}", f"rate:={args.rate!r}",
             f"nodelets:={str(args.nodelets).lower()}", f"rviz:={str(args.rviz).lower()}", f"record:={record}",
             f"contact_step:={args.contact_step!r}"]
 

@@ -18,8 +18,9 @@ def add_arguments(parser) -> None:
     parser.add_argument("--out", metavar="F", help="table to write: .csv, .csv.gz, .npz or .bag "
                                                    "(default: out/simulate-NAME/run.csv)")
     parser.add_argument("--motion-from", metavar="S", type=float,
-                        help="say what the rotor does in its auxiliary bearings from this instant on")
-    parser.add_argument("--picture", metavar="FILE", help="orbit, spectrum and time history, .png or .svg; needs --motion-from")
+                        help="say what the rotor does in its auxiliary bearings from this instant on (default: in the "
+                        "second half of a failure of all magnetic bearings, where the scenario has one)")
+    parser.add_argument("--picture", metavar="FILE", help="orbit, spectrum and time history of that, .png or .svg")
 
 
 def write_csv(path: pathlib.Path, columns: dict) -> None:
@@ -63,10 +64,11 @@ def run(args) -> int:
         raise InputError(f"{path}: must end in .csv, .csv.gz, .npz or .bag")
     if args.picture and not args.picture.endswith((".png", ".svg")):
         raise InputError(f"--picture {args.picture}: must end in .png or .svg")
-    if args.picture and args.motion_from is None:
-        raise InputError("--picture: needs --motion-from")
     if args.motion_from is not None and not 0.0 <= args.motion_from < scenario.duration_s:
         raise InputError(f"--motion-from {args.motion_from:g}: must be within the run of {scenario.duration_s:g} s")
+    window = _motion_window(args, scenario)
+    if args.picture and window is None:
+        raise InputError("--picture: needs --motion-from, as this scenario has no failure of all magnetic bearings")
     for remark in [*model.remarks, *scenario.remarks, *_core.remarks(model, scenario)]:
         print(f"remark: {remark}")
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,8 +86,8 @@ def run(args) -> int:
     print(f"largest radius in the auxiliary bearings: {summary['max_radius']:.3f} of the clearance; "
           f"{summary['contacts']} contacts, {100 * summary['contact_fraction']:.1f} % of the time; "
           f"largest contact force {summary['max_contact_force_N']:.4g} N")
-    if args.motion_from is not None and result["time_s"] > args.motion_from:
-        summary["motion"] = _motion(args, model, scenario, result)
+    if window is not None and result["time_s"] > (args.motion_from if args.motion_from is not None else window[1] - 1e-9):
+        summary["motion"] = _motion(args, scenario, result, window)
     common.write_json(args, summary)
     if result["status"] != "ok":
         print(f"the run ended at {result['time_s']:.6g} s: {result['reason']}")
@@ -105,18 +107,31 @@ def _model_of(scenario: str) -> str:
     return str(models.beside(path))
 
 
-def _motion(args, model, scenario, result: dict) -> dict:
+def _motion_window(args, scenario) -> tuple[float, float] | None:
+    """The time of which the motion is told; None: of none."""
+    import yaml
+    from amb_rotor import drop
+    if args.motion_from is not None:
+        return args.motion_from, float("inf")
+    failure = drop.power_failure(yaml.safe_load(scenario.text))
+    return failure and (0.5 * sum(failure), failure[1])
+
+
+def _motion(args, scenario, result: dict, window: tuple[float, float]) -> dict:
     import dataclasses
     from amb_rotor import drop
-    found = drop.motion(result["columns"], result["clearance_m"], args.motion_from)
-    print(f"from {args.motion_from:g} s on: {found.text()}")
+    begin, end = window
+    until = result["columns"]["t_s"] < end
+    columns = {name: column[until] for name, column in result["columns"].items()}
+    found = drop.motion(columns, result["clearance_m"], begin)
+    print((f"from {begin:g} s on" if args.motion_from is not None else f"without power, {begin:g} to {end:g} s") + f": {found.text()}")
     if args.picture:
         from amb_rotor.plots import drop as picture
         title = f"{found.kind.replace('_', ' ')}, {scenario.speed_hz:g} Hz"
         pathlib.Path(args.picture).parent.mkdir(parents=True, exist_ok=True)
-        picture.drop(pathlib.Path(args.picture), result["columns"], result["clearance_m"], args.motion_from, title)
+        picture.drop(pathlib.Path(args.picture), columns, result["clearance_m"], begin, title)
         print(f"picture: {args.picture}")
-    return dataclasses.asdict(found)
+    return {**dataclasses.asdict(found), "from_s": begin, "to_s": min(end, result["time_s"])}
 
 
 def _summary(model, scenario, result: dict, seconds: float) -> dict:
