@@ -5,6 +5,7 @@ import json
 import math
 import pathlib
 import re
+import shutil
 
 import pytest
 
@@ -254,6 +255,11 @@ def test_check_remarks_what_is_of_another_unit(tmp_path, capsys):
     assert f"remark: {tmp_path / 'drop.yaml'}:{line}: speed.start_hz = 8190.0: " in capsys.readouterr().out
     (tmp_path / "model.yaml").write_text(MODEL.read_text().replace("stiffness_N_per_m: 3.38e7", "stiffness_N_per_m: 33.8"))
     assert cli.main(["check", str(tmp_path / "model.yaml")]) == 0
+    assert "33.8 N/um are 3.38e7 N/m" in capsys.readouterr().out
+    shutil.copytree(ROOT / "test/data/dataset_tiny", tmp_path / "set")
+    text = (tmp_path / "set" / "dataset.yaml").read_text()
+    (tmp_path / "set" / "dataset.yaml").write_text(re.sub(r"(contact: .*stiffness_N_per_m: )[0-9.e+]+", r"\g<1>33.8", text))
+    assert cli.main(["check", str(tmp_path / "set")]) == 0
     assert "33.8 N/um are 3.38e7 N/m" in capsys.readouterr().out
 
 

@@ -40,7 +40,8 @@ def _check_dataset(folder: pathlib.Path) -> str:
             faults += error.faults
     if faults:
         raise InputError(faults)
-    return f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
+    found = f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
+    return "\nremark: ".join([found, *dataset.belief.remarks])
 
 
 def _check_model(path: pathlib.Path) -> str:
