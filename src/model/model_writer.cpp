@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -142,14 +144,16 @@ void writeModel(const Model& model, const EffectCatalogue& catalogue, const std:
 void writeTextFile(const std::string& path, const std::string& text) {
   const std::string beside = path + ".part" + std::to_string(::getpid());
   std::error_code error;
+  errno = 0;
   std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
   stream << text;
   stream.close();
   if (stream) std::filesystem::rename(beside, path, error);
   if (stream && !error) return;
+  const std::string reason = error ? error.message() : errno != 0 ? std::strerror(errno) : "unknown why";
   std::error_code ignored;
   std::filesystem::remove(beside, ignored);
-  throw InputError({{path, 0, "", "", "the file cannot be written"}});
+  throw InputError({{path, 0, "", "", "the file cannot be written: " + reason}});
 }
 
 }  // namespace amb_rotor

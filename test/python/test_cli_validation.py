@@ -2,11 +2,15 @@
 from __future__ import annotations
 
 import copy
+import errno
 import gzip
 import json
 import math
+import os
 import pathlib
 import shutil
+import subprocess
+import sys
 
 import pytest
 import yaml
@@ -87,6 +91,57 @@ def test_a_revision_that_would_be_written_over_keeps_a_file_of_its_own(chain, tm
     assert [core.read_model(str(tmp_path / row["file"])).hash for row in ledger] == [row["hash"] for row in ledger]
 
 
+def contents(folder) -> dict:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("fails_at", [1, 2, 3])
+def test_an_adoption_that_cannot_be_written_leaves_folder_and_ledger_as_they_were(chain, tmp_path, monkeypatch, capsys, fails_at):
+    arguments = ["adopt", str(chain.folder / "out" / "diagnosis"), "--out", str(tmp_path / "model.yaml")]
+    assert cli.main(arguments) == 0
+    before, replace, calls = contents(tmp_path), os.replace, []
+
+    def full(source, target):
+        calls.append(target)
+        if len(calls) == fails_at:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full)
+    assert cli.main(arguments) == 2
+    assert "No space left on device" in capsys.readouterr().err and len(calls) >= fails_at
+    assert contents(tmp_path) == before
+    monkeypatch.undo()
+    assert cli.main(arguments) == 0  # the fourth name is there
+    assert set(contents(tmp_path)) == {"model_r0.yaml", "model_r1.yaml", "model.yaml", "revisions.yaml"}
+
+
+@pytest.mark.parametrize("earlier", [0, 1])
+def test_an_adoption_on_a_full_disk_is_one_message(chain, tmp_path, earlier):
+    arguments = ["adopt", str(chain.folder / "out" / "diagnosis"), "--out", str(tmp_path / "model.yaml")]
+    for _ in range(earlier):
+        assert cli.main(arguments) == 0
+    before = contents(tmp_path)
+    program = ("import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500)); from amb_rotor import cli; "
+               "sys.exit(cli.main(sys.argv[1:]))")
+    run = subprocess.run([sys.executable, "-P", "-c", program, *arguments], capture_output=True, text=True, check=False)
+    assert run.returncode == 2 and contents(tmp_path) == before
+    assert run.stderr.count("\n") == 1 and "File too large" in run.stderr and ".part" not in run.stderr, run.stderr
+
+
+def test_what_stands_in_the_way_of_an_adopted_model_is_not_lost(chain, tmp_path, capsys):
+    own, other = tmp_path / "model.yaml", tmp_path / "notes.txt"
+    own.write_text("# mine\n" + (chain.folder / "out" / "diagnosis" / "model.yaml").read_text())
+    before = own.read_bytes()
+    assert cli.main(["adopt", str(chain.folder / "out" / "diagnosis"), "--out", str(own)]) == 0
+    assert (tmp_path / "model_before.yaml").read_bytes() == before and "model_before.yaml" in capsys.readouterr().out
+    other.write_text("mine")
+    for path in (other, tmp_path, tmp_path / "revisions.yaml"):
+        assert cli.main(["adopt", str(chain.folder / "out" / "diagnosis"), "--out", str(path)]) == 2
+        assert "--out is the model file to write" in capsys.readouterr().err
+    assert other.read_text() == "mine"
+
+
 @pytest.mark.parametrize("effect, complaint", [("shaft_crack", "not in the ranking"), ("nonsense", "not in the ranking")])
 def test_only_what_is_ranked_can_be_adopted(chain, tmp_path, capsys, effect, complaint):
     out = tmp_path / "model.yaml"
@@ -159,14 +214,12 @@ def test_a_diagnosis_whose_model_breaks_a_rule_is_kept(chain, tmp_path, monkeypa
         def write(self, path):
             raise InputError(self.faults[0])
 
-    found = {**chain.diagnosis, "experiments": [
-        {"effect": "cross_coupled_stiffness", "against": "internal_damping", "name": "e", "scenario": "", "overrides": {}}]}
-    monkeypatch.setattr(core, "diagnose", lambda *_, **__: (copy.deepcopy(found), Broken(), {"internal_damping": Broken()}))
+    monkeypatch.setattr(core, "diagnose", lambda *_, **__: (copy.deepcopy(chain.diagnosis), Broken(), {}))
     few = fewer_runs(MEASURED, ("step_1", "steady_2"), tmp_path / "few")
     assert cli.main(["diagnose", str(few), "--out", str(tmp_path / "out")]) == 0
     assert "cannot be run" in capsys.readouterr().out
     kept = json.loads((tmp_path / "out/diagnosis.json").read_text())
-    assert kept["adopted_faults"] == Broken.faults and kept["experiments"] == []
+    assert kept["adopted_faults"] == Broken.faults
     assert (tmp_path / "out/report.html").is_file() and not (tmp_path / "out/adopted.yaml").exists()
     assert cli.main(["adopt", str(tmp_path / "out"), "--out", str(tmp_path / "model.yaml")]) == 2
     assert "unstable at this sample rate" in capsys.readouterr().err and not (tmp_path / "model.yaml").exists()

@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import importlib
 import importlib.util
 import os
+import re
 import signal
 import sys
 import traceback
@@ -53,6 +55,9 @@ COMMANDS = {
 EXIT_DONE = 0
 EXIT_CHECK_FAILED = 1
 EXIT_BAD_INPUT = 2
+# What a file or a disk does to us: no file, no right, full, too long a name ...
+_FILE_ERRORS = {errno.ENOENT, errno.EACCES, errno.EPERM, errno.EISDIR, errno.ENOTDIR, errno.ENOTEMPTY, errno.EEXIST, errno.ENOSPC,
+                errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.ENAMETOOLONG, errno.ELOOP, errno.EIO, errno.ENXIO}
 EXIT_DEFECT = 3  # an exception that is no fault of the input: a traceback, and a status of its own
 
 
@@ -90,8 +95,16 @@ def _command_parser(command: str, module) -> argparse.ArgumentParser:
 
 
 def _report_bad_input(command: str, message: str) -> int:
+    # files are written beside: they are told by their own names
+    message = re.sub(r"\.[0-9a-f]{8}\.(?:part|old)\.", "", message)
     print(f"amb {command}: {message}", file=sys.stderr)
     return EXIT_BAD_INPUT
+
+
+def _report_defect(command: str) -> int:
+    traceback.print_exc()
+    print(f"amb {command}: this is a defect of amb_rotor, not of the input", file=sys.stderr)
+    return EXIT_DEFECT
 
 
 def _terminate(signum, _frame):
@@ -121,12 +134,12 @@ def _run(command: str, module, args) -> int:
         # from the interpreter when it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 128 + signal.SIGPIPE
-    except (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError) as error:
+    except OSError as error:
+        if error.errno not in _FILE_ERRORS:
+            return _report_defect(command)
         return _report_bad_input(command, f"{error.filename}: {error.strerror}")
     except Exception:
-        traceback.print_exc()
-        print(f"amb {command}: this is a defect of amb_rotor, not of the input", file=sys.stderr)
-        return EXIT_DEFECT
+        return _report_defect(command)
 
 
 def main(arguments: list[str] | None = None) -> int:

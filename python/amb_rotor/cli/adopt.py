@@ -4,6 +4,7 @@ from __future__ import annotations
 import datetime
 import json
 import pathlib
+import shutil
 
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
@@ -31,7 +32,7 @@ def read_diagnosis(text: str) -> tuple[pathlib.Path, dict]:
         diagnosis = json.loads(path.read_text())
     except ValueError as error:
         raise InputError(f"{path}: {error}") from error
-    if diagnosis.get("format") != "amb-diagnosis/1":
+    if not isinstance(diagnosis, dict) or diagnosis.get("format") != "amb-diagnosis/1":
         raise InputError(f"{path}: format must be amb-diagnosis/1")
     for name in ("model.yaml", "adopted.yaml"):
         if not (folder / name).is_file() and not (name == "adopted.yaml" and "adopted_faults" in diagnosis):
@@ -97,7 +98,8 @@ def read_ledger(path: pathlib.Path) -> list[dict]:
     except yaml.YAMLError as error:
         raise InputError(f"{path}: {error}") from error
     if not isinstance(document, dict) or document.get("format") != "amb-revisions/1" \
-            or not isinstance(document.get("revisions"), list):
+            or not isinstance(document.get("revisions"), list) \
+            or not all(isinstance(entry, dict) and "revision" in entry for entry in document["revisions"]):
         raise InputError(f"{path}: must be of format amb-revisions/1")
     return document["revisions"]
 
@@ -122,39 +124,77 @@ def yaml_text(value) -> str:
     return yaml.dump(value, Dumper=Dumper, sort_keys=False)
 
 
-def _numbered(out: pathlib.Path, revision: int) -> pathlib.Path:
+def _free_name(out: pathlib.Path, word: str, taken: pathlib.Path | None = None) -> pathlib.Path:
     """A name beside `out` that is free: model_r0.yaml."""
-    path = out.with_name(f"{out.stem}_r{revision}{out.suffix}")
+    path = out.with_name(f"{out.stem}_{word}{out.suffix}")
     count = 1
-    while path.exists():
+    while path.exists() or path == taken:
         count += 1
-        path = out.with_name(f"{out.stem}_r{revision}_{count}{out.suffix}")
+        path = out.with_name(f"{out.stem}_{word}_{count}{out.suffix}")
     return path
 
 
-def _keep_earlier(out: pathlib.Path, ledger: list[dict]) -> None:
-    """What stands in `out` as a revision goes to a file of its own: each can be taken up again."""
-    for entry in ledger:
-        if entry.get("file") == out.name and out.is_file():
-            kept = _numbered(out, entry["revision"])
-            out.rename(kept)
-            entry["file"] = kept.name
-            print(f"revision {entry['revision']} is now in {kept.name}")
+def _check_out(out: pathlib.Path) -> None:
+    """Only a model is replaced, and before any work."""
+    if out.is_dir():
+        raise InputError(f"{out}: is a folder; --out is the model file to write")
+    if out.name == LEDGER:
+        raise InputError(f"{out}: is the name of the ledger beside the model; --out is the model file to write")
+    if not out.exists():
+        return
+    from amb_rotor.cli.check import format_of
+    try:
+        is_model = format_of(out) == "amb-model/1"
+    except InputError:
+        is_model = False
+    if not is_model:
+        raise InputError(f"{out}: is there already, and is no model; --out is the model file to write")
+
+
+def _kept_earlier(out: pathlib.Path, ledger: list[dict], begin: pathlib.Path | None) -> pathlib.Path | None:
+    """Where what stands in `out` goes: each revision can be taken up again, and no one's own file is lost. Its lines in the ledger
+    follow."""
+    if not out.is_file():
+        return None
+    entries = [entry for entry in ledger if entry.get("file") == out.name]
+    kept = _free_name(out, f"r{entries[0]['revision']}" if entries else "before", begin)
+    for entry in entries:
+        entry["file"] = kept.name
+    return kept
+
+
+def _write_all(out: pathlib.Path, model, parent, ledger: list[dict], revision: dict) -> None:
+    """Model, ledger and what stood in their way: all of them, or none."""
+    begin = None if ledger else _free_name(out, "r0")
+    kept = _kept_earlier(out, ledger, begin)
+    if begin:
+        ledger.append({"revision": 0, "hash": parent.hash, "model": parent.name, "file": begin.name, "after": revision["before"]})
+    ledger.append({"revision": len(ledger), "file": out.name, **revision})
+    with common.atomic_paths() as part_of:
+        if begin:
+            parent.write(str(part_of(begin)))
+        if kept:
+            shutil.copy2(out, part_of(kept))
+        model.write(str(part_of(out)))
+        part_of(out.with_name(LEDGER)).write_text(yaml_text({"format": "amb-revisions/1", "revisions": ledger}))
+    if kept:
+        print(f"what was in {out.name} is now in {kept.name}")
 
 
 def run(args) -> int:
     from amb_rotor import _core
     from amb_rotor.cli.diagnose import parameter_text
     folder, diagnosis = read_diagnosis(args.diagnosis)
+    out = pathlib.Path(args.out)
+    _check_out(out)
+    ledger_path = out.parent / LEDGER
+    ledger = read_ledger(ledger_path)
     parent = _core.read_model(str(folder / "model.yaml"))
     if args.effect:
         model, steps = _chosen(folder, diagnosis, args.effect, _dataset_of(diagnosis))
     else:
         model, steps = _steps_as_diagnosed(folder, diagnosis)
     errors = json.loads((folder / "errors.json").read_text()) if (folder / "errors.json").is_file() else {}
-    out = pathlib.Path(args.out)
-    ledger_path = out.parent / LEDGER
-    ledger = read_ledger(ledger_path)
     revision = {
         "parent": parent.hash,
         "hash": model.hash,
@@ -171,15 +211,7 @@ def run(args) -> int:
     revision = _tidy(revision)
     model.revision = yaml_text(revision)
     out.parent.mkdir(parents=True, exist_ok=True)
-    if not ledger:
-        begin = _numbered(out, 0)
-        parent.write(str(begin))
-        ledger.append({"revision": 0, "hash": parent.hash, "model": parent.name, "file": begin.name,
-                       "after": revision["before"]})
-    _keep_earlier(out, ledger)
-    model.write(str(out))
-    ledger.append({"revision": len(ledger), "file": out.name, **revision})
-    common.atomic_write(ledger_path, yaml_text({"format": "amb-revisions/1", "revisions": ledger}))
+    _write_all(out, model, parent, ledger, revision)
     for name, step in steps:
         print(f"added {name}:")
         for parameter, value in step["parameters"].items():

@@ -14,7 +14,7 @@ def add_arguments(parser) -> None:
     parser.add_argument("file", metavar="FILE", help="model, scenario, sweep, or the folder of a data set")
 
 
-def _format_of(path: pathlib.Path) -> str:
+def format_of(path: pathlib.Path) -> str:
     import yaml
     try:
         document = yaml.safe_load(path.read_text())
@@ -105,7 +105,7 @@ def _check_file(path: pathlib.Path, kind: str) -> str:
 def run(args) -> int:
     path = common.input_path(args.file)
     is_dataset = path.is_dir() or path.name == "dataset.yaml"
-    kind = "amb-dataset/1" if is_dataset else _format_of(path)
+    kind = "amb-dataset/1" if is_dataset else format_of(path)
     try:
         if kind == "amb-dataset/1":
             text = _check_dataset(path if path.is_dir() else path.parent)

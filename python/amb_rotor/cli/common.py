@@ -8,10 +8,11 @@ import math
 import os
 import pathlib
 import secrets
+import shutil
 import signal
 import subprocess
 import sys
-from typing import Any, Iterable, Iterator
+from typing import Any, Callable, Iterable, Iterator
 
 from amb_rotor.errors import InputError
 
@@ -51,6 +52,9 @@ def atomic_path(path: os.PathLike | str) -> Iterator[pathlib.Path]:
     try:
         yield part
         os.replace(part, target)
+    except OSError as error:
+        error.filename = error.filename or os.fspath(target)  # a full disk does not say by itself whose it is
+        raise
     finally:
         part.unlink(missing_ok=True)
 
@@ -59,6 +63,43 @@ def atomic_write(path: os.PathLike | str, content: str | bytes) -> None:
     """Writes a file that is there whole or not at all."""
     with atomic_path(path) as part:
         part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def atomic_paths() -> Iterator[Callable[[os.PathLike | str], pathlib.Path]]:
+    """Files that change together: yields a function that gives the path to write a file to, beside it. All take their names when
+    the block ends; where it fails, or one of them cannot take its name, every file is as it was."""
+    parts: dict[pathlib.Path, pathlib.Path] = {}
+    kept: dict[pathlib.Path, pathlib.Path] = {}  # what stood there
+    named: list[pathlib.Path] = []
+
+    def beside(target: pathlib.Path, word: str) -> pathlib.Path:
+        return target.with_name(f".{secrets.token_hex(4)}.{word}.{target.name}")
+
+    def part_of(path: os.PathLike | str) -> pathlib.Path:
+        target = pathlib.Path(path)
+        return parts.setdefault(target, beside(target, "part"))
+
+    try:
+        yield part_of
+        for target in filter(os.path.exists, parts):
+            kept[target] = beside(target, "old")
+            shutil.copy2(target, kept[target])
+        for target, part in parts.items():
+            named.append(target)
+            os.replace(part, target)
+    except BaseException as error:
+        if isinstance(error, OSError):
+            error.filename = error.filename or os.fspath(next(iter(parts), ""))
+        for target in named:
+            if target in kept:
+                os.replace(kept[target], target)
+            else:
+                target.unlink(missing_ok=True)
+        raise
+    finally:
+        for path in [*parts.values(), *kept.values()]:
+            path.unlink(missing_ok=True)
 
 
 def _plain(value: Any) -> Any:
