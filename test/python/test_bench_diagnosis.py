@@ -5,11 +5,15 @@ import json
 import math
 import pathlib
 import shutil
+import signal
+import subprocess
 import sys
+import time
 
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "independent"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test/independent"))
 
 import blind  # noqa: E402
 import driver  # noqa: E402
@@ -72,6 +76,29 @@ def test_a_folder_without_sets_is_refused_and_nothing_kept(tmp_path, capsys):
     assert main(["bench-diagnosis", "--data", str(tmp_path), "--keep", str(tmp_path / "kept")]) != 0
     assert "truth.yaml" in capsys.readouterr().err
     assert not (tmp_path / "kept").exists()
+
+
+@pytest.mark.parametrize("signum", [signal.SIGTERM, signal.SIGINT])
+def test_an_interrupted_bench_ends_at_once_and_keeps_what_is_finished(signum, tmp_path):
+    data, keep, out = (tmp_path / name for name in ("data", "kept", "out"))
+    for name in ("done", "endless"):
+        shutil.copytree(ROOT / "config/tutorial/measured", data / name)
+        (data / name / "truth.yaml").write_text(TRUTH)
+    (keep / "done").mkdir(parents=True)
+    (keep / "done" / "diagnosis.json").write_text(json.dumps(diagnosis()))
+    command = [sys.executable, "-P", "-m", "amb_rotor", "bench-diagnosis", "--data", str(data), "--keep", str(keep),
+               "--out", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(4.0)  # a whole diagnosis takes longer
+        assert process.poll() is None
+        process.send_signal(signum)
+        begin = time.monotonic()
+        message = process.communicate(timeout=30.0)[1]
+    assert time.monotonic() - begin < 3.0
+    assert process.returncode == 128 + signum and "1 of 2 sets are done" in message and "Traceback" not in message
+    assert [row["set"] for row in json.loads((out / "bench_diagnosis.json").read_text())["rows"]] == ["done"]
+    left = sorted(str(path.relative_to(keep)) for path in keep.rglob("*") if path.is_file())
+    assert left == ["bench.json", "done/diagnosis.json"]
 
 
 def test_a_round_of_the_independent_program_hides_everything_once():

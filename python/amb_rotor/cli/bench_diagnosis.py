@@ -3,8 +3,13 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import pathlib
+import shutil
+import signal
+import sys
 import tempfile
+import threading
 
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
@@ -16,6 +21,8 @@ TRUTH_FORMAT = "amb-truth/1"
 CLEAN_SETS = 4   # in each round, beside every effect once, every hidden law once and
 PAIR_SETS = 6    # pairs of effects
 STRIDE = 100003  # between the seeds of two benches
+
+_writing = threading.Lock()
 
 
 def add_arguments(parser) -> None:
@@ -191,7 +198,8 @@ def _read(path: pathlib.Path):
 
 
 def _write(path: pathlib.Path, value) -> None:
-    common.atomic_write(path, json.dumps(common._plain(value), indent=1) + "\n")
+    with _writing:
+        common.atomic_write(path, json.dumps(common._plain(value), indent=1) + "\n")
 
 
 def truth_of(path: pathlib.Path) -> dict:
@@ -256,10 +264,38 @@ def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, core) -> 
     return {**row, **judge(made, diagnosis)}
 
 
+def _report(args, rows: list[dict]) -> None:
+    out = common.out_folder(args, "bench", "diagnosis")
+    text = table(rows)
+    print(text)
+    common.atomic_write(out / "bench_diagnosis.md", text)
+    _write(out / "bench_diagnosis.json", {"summary": summary(rows), "rows": rows})
+    common.write_json(args, {"summary": summary(rows), "rows": rows})
+    common.report_line(out / "bench_diagnosis.md")
+
+
+def _end_at_once(stop: BaseException, args, jobs: list, keep: pathlib.Path) -> None:
+    """Ends the process although sets are at work, in calls that hear nothing: what is finished is reported and kept, what is half
+    made goes."""
+    for job in jobs:
+        job.cancel()
+    done = [job for job in jobs if job.done() and not job.cancelled() and job.exception() is None]
+    try:
+        if done:
+            _report(args, [job.result() for job in done])
+        print(f"amb bench-diagnosis: interrupted; {len(done)} of {len(jobs)} sets are done", file=sys.stderr)
+    finally:
+        half_made = [path for path in keep.glob("set-*") if not (path / "made.json").exists()] if not args.data else []
+        for path in half_made if args.keep else [keep]:
+            shutil.rmtree(path, ignore_errors=True)
+        _writing.acquire(timeout=5.0)  # no part of a file is left
+        sys.stdout.flush()
+        os._exit(stop.code if isinstance(stop, SystemExit) else 128 + signal.SIGINT)
+
+
 def run(args) -> int:
     import concurrent.futures
     import contextlib
-    import os
     from amb_rotor import _core
     if args.sets < 1 or args.jobs < 1 or args.seed < 0:
         raise InputError("--sets and --jobs must be from 1, --seed from 0")
@@ -283,16 +319,12 @@ def run(args) -> int:
         try:
             for job in common.progress(concurrent.futures.as_completed(jobs), "sets", total=len(jobs)):
                 job.result()
+        except (KeyboardInterrupt, SystemExit) as stop:
+            _end_at_once(stop, args, jobs, keep)
         except BaseException:
             for job in jobs:
                 job.cancel()
             raise
         rows = [job.result() for job in jobs]
-    out = common.out_folder(args, "bench", "diagnosis")
-    text = table(rows)
-    print(text)
-    common.atomic_write(out / "bench_diagnosis.md", text)
-    _write(out / "bench_diagnosis.json", {"summary": summary(rows), "rows": rows})
-    common.write_json(args, {"summary": summary(rows), "rows": rows})
-    common.report_line(out / "bench_diagnosis.md")
+    _report(args, rows)
     return 0
