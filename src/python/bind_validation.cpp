@@ -5,6 +5,7 @@
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/experiments.hpp"
 #include "amb_rotor/validation/modes_dataset.hpp"
+#include "amb_rotor/validation/table.hpp"
 #include "bind.hpp"
 
 namespace py = pybind11;
@@ -228,6 +229,9 @@ void bindValidation(py::module_& m) {
       .def_property_readonly("runs", &runList)
       .def("table", &tableDict, py::arg("run"), "Columns of a run in SI.");
   m.def("read_dataset", &readDataset, py::arg("folder"));
+  m.def(
+      "other_table_format", [](const std::string& text) { return otherTableFormat(text); }, py::arg("text"),
+      "How a text is no table as a whole, and what to do; empty: nothing of the kind.");
   m.def("is_modes_dataset", &isModesDataset, py::arg("folder"));
   py::class_<ModesDataset>(m, "ModesDataset", "A data set of kind modes.")
       .def_readonly("name", &ModesDataset::name)

@@ -117,9 +117,9 @@ void readEvents(YamlMap& owner, Run& run) {
   }
 }
 
-Run readRunEntry(YamlMap& entry, const Dataset& dataset, std::vector<std::string>& ids) {
+Run readRunEntry(YamlMap& entry, const Dataset& dataset, std::vector<RunHead>& heads) {
   Run run;
-  const RunHead head = readRunHead(entry, dataset.folder, ids);
+  const RunHead head = readRunHead(entry, dataset.folder, heads);
   run.id = head.id;
   run.file = head.file;
   run.use = head.use;
@@ -189,20 +189,25 @@ Model readDatasetHead(YamlMap& root) {
   return belief;
 }
 
-RunHead readRunHead(YamlMap& run, const std::string& folder, std::vector<std::string>& ids) {
+RunHead readRunHead(YamlMap& run, const std::string& folder, std::vector<RunHead>& before) {
   RunHead head;
   head.id = run.text("id");
-  if (!head.id.empty() && std::find(ids.begin(), ids.end(), head.id) != ids.end())
+  if (!head.id.empty() &&
+      std::any_of(before.begin(), before.end(), [&](const RunHead& other) { return other.id == head.id; }))
     run.fault("id", "another run has this id");
-  ids.push_back(head.id);
   head.file = run.text("file");
   std::error_code ignored;
   if (!head.file.empty() && fs::path(head.file).is_absolute()) {
     run.fault("file", "must be relative to the data set's folder");
   } else if (!head.file.empty() && !fs::exists(fs::path(folder) / head.file, ignored)) {
     run.fault("file", "there is no such file in the data set's folder");
+  } else if (!head.file.empty()) {
+    for (const RunHead& other : before)
+      if (!other.file.empty() && fs::equivalent(fs::path(folder) / head.file, fs::path(folder) / other.file, ignored))
+        run.fault("file", "is the file of run " + other.id + " too: one measurement would count twice");
   }
   head.use = run.choice("use", {"fit", "validate"}) == 1 ? RunUse::validate : RunUse::fit;
+  before.push_back(head);
   return head;
 }
 
@@ -221,10 +226,10 @@ Dataset readDataset(const std::string& folder) {
   readChannels(root.map("channels"), dataset);
   const std::vector<YamlNode> runs = root.list("runs");
   if (runs.empty() && root.has("runs")) root.fault("runs", "there is no run");
-  std::vector<std::string> ids;
+  std::vector<RunHead> heads;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     YamlMap entry(&runs[i], "runs." + std::to_string(i), faults);
-    if (entry.valid()) dataset.runs.push_back(readRunEntry(entry, dataset, ids));
+    if (entry.valid()) dataset.runs.push_back(readRunEntry(entry, dataset, heads));
   }
   root.finish();
   faults.throwIfAny();

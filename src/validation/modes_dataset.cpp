@@ -125,13 +125,12 @@ ModesDataset readModesDataset(const std::string& folder) {
   root.choice("kind", {"modes"});
   readModesBlock(root.map("modes"), dataset);
   std::vector<RunHead> heads;
-  std::vector<std::string> ids;
   const std::vector<YamlNode> runs = root.list("runs");
   if (runs.empty() && root.has("runs")) root.fault("runs", "there is no run");
   for (std::size_t i = 0; i < runs.size(); ++i) {
     YamlMap entry(&runs[i], "runs." + std::to_string(i), faults);
     if (!entry.valid()) continue;
-    heads.push_back(readRunHead(entry, dataset.folder, ids));
+    readRunHead(entry, dataset.folder, heads);
     entry.choice("kind", {"modes"});
     entry.finish();
   }

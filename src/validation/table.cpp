@@ -22,6 +22,35 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+std::string_view firstLine(std::string_view text) { return text.substr(0, text.find('\n')); }
+
+bool holds(std::string_view text, char c) { return text.find(c) != std::string_view::npos; }
+
+/// Whether a line holds a number with a comma for its point: 0,25.
+bool hasDecimalComma(std::string_view line) {
+  const auto digit = [&](std::size_t i) { return i < line.size() && line[i] >= '0' && line[i] <= '9'; };
+  for (std::size_t i = 1; i < line.size(); ++i)
+    if (line[i] == ',' && digit(i - 1) && digit(i + 1)) return true;
+  return false;
+}
+
+/// "the cells are parted by semicolons ..." of a header without commas; empty where nothing else parts it.
+std::string otherSeparator(std::string_view header, std::string_view row) {
+  struct Separator {
+    char is;
+    const char *name, *in_shell;
+  };
+  constexpr Separator separators[] = {{';', "semicolons", ";"}, {'\t', "tabs", "\\t"}, {' ', "blanks", " "}};
+  for (const Separator& separator : separators) {
+    if (!holds(header, separator.is)) continue;
+    const bool comma = hasDecimalComma(row);
+    return std::string("the cells are parted by ") + separator.name + (comma ? ", and the numbers have decimal commas" : "") +
+           "; a table is comma separated, with decimal points: tr " + (separator.is == ' ' ? "-s '" : "'") + (comma ? "," : "") +
+           separator.in_shell + "' '" + (comma ? "." : "") + ",' < IN > OUT";
+  }
+  return "";
+}
+
 class TableParser {
  public:
   TableParser(const std::string& text, FaultList& faults) : rest_(text), faults_(faults) {}
@@ -37,6 +66,11 @@ class TableParser {
     }
     if (rest_.empty()) {
       faults_.add(1, "", "", "the table is empty: not even a header");
+      return table_;
+    }
+    const std::string other = otherTableFormat(rest_);
+    if (!other.empty()) {
+      faults_.add(1, "", "", other);
       return table_;
     }
     readHeader(nextLine());
@@ -126,6 +160,24 @@ class TableParser {
 };
 
 }  // namespace
+
+std::string otherTableFormat(std::string_view text) {
+  if (text.substr(0, 2) == "\x1f\x8b") return "the file is gzip-compressed; its name must end with .csv.gz";
+  if (holds(text.substr(0, 64), '\0')) return "the file is no plain text (UTF-16, or no table at all); save it as CSV in UTF-8";
+  const std::string_view header = trimmed(firstLine(text));
+  const std::string_view row = trimmed(firstLine(text.substr(std::min(text.size(), firstLine(text).size() + 1))));
+  if (!header.empty() && header.front() == '#') return "the first line is a comment; a table begins with the names of its columns";
+  if (holds(header, '"') || holds(row, '"')) return "names or numbers stand in quotation marks; take them out: tr -d '\"' < IN > OUT";
+  if (!holds(header, ',')) return otherSeparator(header, row);
+  const auto cells = [](std::string_view line) { return std::count(line.begin(), line.end(), ',') + 1; };
+  // of "0,001,1,5" it cannot be told which commas part cells
+  if (cells(row) > cells(header) && row.find_first_not_of("0123456789-,") == std::string_view::npos)
+    return "the first row has " + std::to_string(cells(row)) + " cells of digits only for " + std::to_string(cells(header)) +
+           " names: decimal commas part cells; export the numbers with decimal points";
+  if (parseNumber(trimmed(header.substr(0, header.find(',')))))
+    return "the first line holds numbers; a table has a header line with the names of its columns";
+  return "";
+}
 
 int NumericTable::indexOf(const std::string& column) const {
   const auto found = std::find(columns.begin(), columns.end(), column);

@@ -158,6 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
         DatasetChange{"axis: x}\nruns", "axis: x, gain: 1}\nruns", "channels.exc_bx_A.gain"},
         DatasetChange{"- id: two", "- id: one", "runs.1.id"},
         DatasetChange{"file: runs/two.csv.gz", "file: /runs/two.csv.gz", "runs.1.file"},
+        DatasetChange{"file: runs/two.csv.gz", "file: runs/../runs/one.csv", "runs.1.file"},
         DatasetChange{"sample_rate_hz: 1000.0, speed", "sample_rate_hz: 0, speed", "runs.0.sample_rate_hz"},
         DatasetChange{"type: constant, hz: 0.0", "type: constant, hz: -1", "runs.0.speed.hz"},
         DatasetChange{"type: constant, hz: 0.0", "type: constant", "runs.0.speed.hz"},
@@ -179,6 +180,43 @@ TEST_F(DatasetCopy, columnsAreNamedWhereMissingUnknownOrDouble) {
   faultOf(faults, "temperature");
   table("time,tacho,ax_um,by_mm,iax_mA,exc_bx_A\n0,0,0,0,0,0\n");
   EXPECT_NE(faultOf(runFaults(), "t_s").rule.find("missing"), std::string::npos);
+}
+
+TEST_F(DatasetCopy, aFileOfTwoRunsNamesBoth) {
+  describe(replaced(tinyText(), "runs/two.csv.gz", "runs/one.csv"));
+  const auto faults = datasetFaults();
+  EXPECT_NE(faultOf(faults, "runs.1.file").rule.find("the file of run one too"), std::string::npos) << joined(faults);
+}
+
+TEST_F(DatasetCopy, aTableOfAnotherFormatIsOneFaultThatNamesIt) {
+  struct Case {
+    std::string text, said;
+  };
+  const std::string names = "t_s,tacho,ax_um,by_mm,iax_mA,exc_bx_A\n";
+  const auto with = [](std::string text, char from, char to) {
+    std::replace(text.begin(), text.end(), from, to);
+    return text;
+  };
+  const std::string rows = "0,0.5,0,0,0,0\n0.001,0,0,0,0,0\n0.002,x,0,0,0,0\n";
+  const std::string utf16("\xff\xfet\0_\0s\0", 8);
+  const std::string decimals = with(with(rows, ',', ';'), '.', ',');
+  const std::vector<Case> cases = {
+      {with(names + rows, ',', ';'), "by semicolons; a table is comma separated, with decimal points: tr ';' ',' <"},
+      {with(names, ',', ';') + decimals, "and the numbers have decimal commas; a table is comma separated, with decimal points: tr ',;' '.,' <"},
+      {with(names + rows, ',', '\t'), "by tabs; a table is comma separated, with decimal points: tr '\\t' ',' <"},
+      {with(names + rows, ',', ' '), "by blanks"},
+      {names + "0,001,0,5,0,0,0,0\n0,002,0,5,0,0,0,0\n", "8 cells of digits only for 6 names: decimal commas"},
+      {"\"t_s\",\"tacho\"\n" + rows, "quotation marks"},
+      {std::string("\xff\xfet\0_\0s\0", 8), "UTF-16"},
+      {"\x1f\x8b,", "gzip-compressed"},
+      {"# of June\n" + names + rows, "the first line is a comment"},
+      {rows, "the first line holds numbers"}};
+  for (const Case& one : cases) {
+    table(one.text);
+    const auto faults = runFaults();
+    EXPECT_EQ(faults.size(), 1u) << joined(faults);
+    EXPECT_NE(faults[0].rule.find(one.said), std::string::npos) << joined(faults);
+  }
 }
 
 TEST_F(DatasetCopy, badCellsAndTimeAreNamedWithTheirLines) {

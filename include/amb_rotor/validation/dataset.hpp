@@ -101,12 +101,12 @@ bool isModesDataset(const std::string& folder);
 /// Returns the belief.
 Model readDatasetHead(YamlMap& root);
 
-/// The keys that the runs of both kinds share: id (unique among `ids`), file (there), use.
+/// The keys that the runs of both kinds share: id and file (there, both of no run in `before`), use.
 struct RunHead {
   std::string id;
   std::string file;
   RunUse use = RunUse::fit;
 };
-RunHead readRunHead(YamlMap& run, const std::string& folder, std::vector<std::string>& ids);
+RunHead readRunHead(YamlMap& run, const std::string& folder, std::vector<RunHead>& before);
 
 }  // namespace amb_rotor

@@ -2,9 +2,11 @@
 // A table of numbers: comma separated, one header line, plain (.csv) or compressed (.csv.gz).
 //
 // Rules: every cell is a finite decimal number; every line has as many cells as the header; lines end with
-// LF or CRLF; no empty line but at the end; a compressed file must be whole. Faults carry the line.
+// LF or CRLF; no empty line but at the end; a compressed file must be whole. Faults carry the line. What is another format as a
+// whole (semicolons or tabs, decimal commas, quotation marks, UTF-16, no header) is one fault that names it.
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "amb_rotor/model/yaml_document.hpp"
@@ -33,6 +35,9 @@ NumericTable readTable(const std::string& path, FaultList& faults);
 
 /// The same from the text of a table.
 NumericTable parseTable(const std::string& text, FaultList& faults);
+
+/// How a text as a whole is no table of ours, and what to do, by its header and first row; empty: nothing of the kind.
+std::string otherTableFormat(std::string_view text);
 
 /// The contents of a gzip file; a damaged or cut one is a fault.
 std::string readCompressed(const std::string& path, FaultList& faults);

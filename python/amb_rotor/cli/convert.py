@@ -50,12 +50,22 @@ def _checked(path, names: list[str], rows: list[list[float]]) -> dict:
 
 
 def read_csv(path: pathlib.Path) -> dict:
+    import zlib
+
+    from amb_rotor import _core
     from amb_rotor.errors import InputError
 
     try:
-        text = (gzip.decompress(path.read_bytes()) if path.name.endswith(".gz") else path.read_bytes()).decode()
-    except (gzip.BadGzipFile, EOFError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from None
+        data = gzip.decompress(path.read_bytes()) if path.name.endswith(".gz") else path.read_bytes()
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: the compressed file is cut off or damaged: {error}") from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        other = _core.other_table_format(data.decode("latin-1"))
+        raise InputError(f"{path}: {other or f'is no text in UTF-8: {error}'}") from None
+    if other := _core.other_table_format(text):
+        raise InputError(f"{path}:1: {other}")
     lines = text.splitlines()
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     rows, faults = [], []
@@ -69,7 +79,7 @@ def read_csv(path: pathlib.Path) -> dict:
             faults.append(f"{path}:{number}: {len(row)} cells, the header has {len(names)}")
         rows.append(row)
     if faults:
-        raise InputError(faults[:20])
+        raise InputError(faults[:20] + ([f"{path}: and {len(faults) - 20} more bad lines"] if len(faults) > 20 else []))
     return _checked(path, names, rows)
 
 
