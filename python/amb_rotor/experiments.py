@@ -18,13 +18,6 @@ def command(folder: pathlib.Path, experiment: dict, effect: str) -> str:
     return shlex.join([*words, "--out", str(place / f"{experiment['name']}_{effect}.csv")])
 
 
-def leave_out_broken(diagnosis: dict, rivals: dict) -> None:
-    """An experiment on a model that breaks a rule of models, as fitted, is none to run."""
-    broken = {effect for effect, model in rivals.items() if model.faults}
-    diagnosis["experiments"] = [experiment for experiment in diagnosis.get("experiments", [])
-                                if not broken & {experiment["effect"], experiment["against"]}]
-
-
 def write(part: pathlib.Path, folder: pathlib.Path, diagnosis: dict, rivals: dict) -> None:
     """Writes the files into `part`, which becomes `folder`, and puts the commands into the diagnosis."""
     if not diagnosis.get("experiments"):

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/validation/experiments.hpp"
 
 namespace amb_rotor {
@@ -39,6 +40,16 @@ std::string sentenceOf(const std::vector<Experiment>& found) {
   return "from " + other + ": " + found.front().what + text;
 }
 
+/// Whether a candidate's model can be run as fitted: a fit holds each parameter to its range, not the rules between them. Else
+/// says so.
+bool canBeRun(const Trial& trial, Diagnosis& out) {
+  const std::vector<Fault> faults = checkModel(trial.space->model(trial.fit.x), effectCatalogue());
+  if (faults.empty()) return true;
+  out.remarks.push_back("no run is proposed to part " + trial.effect +
+                        " from others: its model as fitted breaks a rule of models: " + faults[0].text());
+  return false;
+}
+
 }  // namespace
 
 void proposeExperiments(const Candidates& candidates, const std::vector<Trial>& trials,
@@ -46,11 +57,11 @@ void proposeExperiments(const Candidates& candidates, const std::vector<Trial>& 
   const auto leader = std::find_if(out.ranking.begin(), out.ranking.end(),
                                    [&](const Candidate& c) { return c.effect == chosen; });
   const Trial* own = find(trials, chosen);
-  if (leader == out.ranking.end() || own == nullptr) return;
+  if (leader == out.ranking.end() || leader->confounded_with.empty() || own == nullptr || !canBeRun(*own, out)) return;
   std::size_t rivals = 0;
   for (const std::string& name : leader->confounded_with) {
     const Trial* other = find(trials, name);
-    if (other == nullptr || rivals == most_rivals) continue;
+    if (other == nullptr || rivals == most_rivals || !canBeRun(*other, out)) continue;
     ++rivals;
     std::vector<Experiment> found =
         rankExperiments(rivalOf(candidates.belief(), *own), rivalOf(candidates.belief(), *other),

@@ -65,6 +65,7 @@ void preferLaw(Diagnosis& diagnosis, const Unexplained& law) {
   for (const auto& step : diagnosis.steps) diagnosis.withdrawn.push_back(step.added);
   diagnosis.steps.clear();
   diagnosis.experiments.clear();
+  for (auto& candidate : diagnosis.ranking) candidate.experiment.clear();
   diagnosis.rivals.clear();
   diagnosis.unexplained = law;
 }

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <random>
 
+#include "../../src/validation/proposals.hpp"
 #include "../support/made_sets.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/run.hpp"
 #include "amb_rotor/validation/experiments.hpp"
+#include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/starts.hpp"
 
 namespace amb_rotor {
@@ -146,6 +148,49 @@ TEST(PartingExperimentsTest, TheRunProposedTellsABowFromItsTwinsAndADiagnosisPro
   const MadeSet& bowed = madeSet(45, "shaft_bow", 12.0, false, {"steady_2"});
   theRunProposedTellsABowFromItsTwins(bowed);
   aDiagnosisProposesThemForItsConfoundedPairs(bowed);
+}
+
+Trial trialOf(const Model& belief, const std::string& effect, const std::vector<double>& values) {
+  Trial trial;
+  trial.effect = effect;
+  trial.space = std::make_shared<FitSpace>(belief, Settings{{effect, values}});
+  trial.fit.x = trial.space->start();
+  trial.fit.covariance = Eigen::MatrixXd::Identity(trial.space->size(), trial.space->size());
+  trial.fit.finite = true;
+  return trial;
+}
+
+Diagnosis confounded(const std::string& one, const std::string& other) {
+  Diagnosis found;
+  found.ranking.resize(2);
+  found.ranking[0].effect = one;
+  found.ranking[1].effect = other;
+  found.ranking[0].confounded_with = {other};
+  found.ranking[1].confounded_with = {one};
+  return found;
+}
+
+TEST(ProposedExperimentsTest, AModelThatBreaksARuleHasNone) {
+  const MadeSet& set = cleanSet();
+  const Candidates candidates(set.dataset.belief, set.dataset);
+  const Model& belief = set.dataset.belief;
+  Model misfit = belief;  // a fit keeps each number to its range, not the rules between them
+  misfit.rig.amb.air_gap_m = 0.5 * belief.rig.auxiliary_bearing.clearance_m;
+  for (const bool broken : {true, false}) {
+    const std::vector<Trial> trials = {trialOf(belief, "static_load", {5.0, 0.0}),
+                                       trialOf(broken ? misfit : belief, "stiffness_anisotropy", {0.2})};
+    for (const int leader : {0, 1}) {
+      Diagnosis found = confounded(trials[leader].effect, trials[1 - leader].effect);
+      proposeExperiments(candidates, trials, trials[leader].effect, found);
+      EXPECT_EQ(found.experiments.empty(), broken);
+      for (const Candidate& row : found.ranking) EXPECT_EQ(row.experiment.empty(), broken) << row.effect << row.experiment;
+      EXPECT_EQ(found.rivals.empty(), broken);
+      ASSERT_EQ(found.remarks.size(), broken ? 1u : 0u);
+      if (broken) EXPECT_NE(found.remarks[0].find("to part stiffness_anisotropy"), std::string::npos) << found.remarks[0];
+      preferLaw(found, {});  // what a law stands for is parted from nothing
+      for (const Candidate& row : found.ranking) EXPECT_TRUE(row.experiment.empty());
+    }
+  }
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ def single_model(model, effect: str, row: dict):
 
 def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     """Dataset, model, diagnosis, adopted model, and the models of the experiments that it proposes."""
-    from amb_rotor import _core, experiments
+    from amb_rotor import _core
     from amb_rotor.cli.compare import Bar, load_model
     if _core.is_modes_dataset(str(folder)):
         raise InputError(f"{folder}: a data set of modes; `amb compare` says where the model fails on it")
@@ -120,7 +120,6 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
         diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
                                                     threads=args.threads, most_steps=args.steps, progress=bar)
     keep_faults(diagnosis, adopted)
-    experiments.leave_out_broken(diagnosis, rivals)
     return dataset, model, diagnosis, adopted, rivals
 
 
@@ -165,8 +164,7 @@ def after_label(diagnosis: dict) -> str:
 def run(args) -> int:
     from amb_rotor import _core
     from amb_rotor.cli.compare import Bar
-    folder = common.input_path(args.dataset)
-    folder = folder.parent if folder.name == "dataset.yaml" else folder
+    folder = common.dataset_folder(args.dataset)
     out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
     may_replace(out)
     dataset, model, diagnosis, adopted, rivals = diagnose(folder, args.model, args)
