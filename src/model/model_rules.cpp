@@ -144,8 +144,11 @@ void checkUncertainty(const Model& model, bool skip_unreadable, std::vector<Faul
 void requireField(const Model& model, const std::string& field, const std::string& effect,
                   std::vector<Fault>& faults) {
   Rig<double>::visit(model.rig, [&](const char* name, const double& value) {
-    if (field == name && (value <= 0.0 || !rigFieldApplies(name, model)))
-      faults.push_back({"", 0, effect, "", "needs rig." + field + ", which is not stated: it would do nothing"});
+    if (field != name) return;
+    const bool applies = rigFieldApplies(name, model);
+    if (applies && value > 0.0) return;
+    const char* lack = applies ? "is not stated" : "has no meaning for an equivalent bearing";
+    faults.push_back({"", 0, effect, "", "needs rig." + field + ", which " + lack + ": it would do nothing"});
   });
 }
 
