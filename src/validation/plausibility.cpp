@@ -20,7 +20,8 @@ constexpr double clear = 0.9, unlike = 0.3;     // correlations
 constexpr double unit_factor = 3.0;
 constexpr double same_end_bonus = 0.01;         // between currents that are alike
 constexpr int segments = 8;
-constexpr double least_drift_rad = 0.3, steady_amplitude = 0.3, steady_speed = 1e-3, straight = 0.2;
+constexpr double least_drift_rad = 0.3, steady_amplitude = 0.3, steady_speed = 1e-3, straight = 0.2, close = 0.08;
+constexpr double same_change = 0.3;             // of the harmonic's drift and that of the tacho's speed
 
 std::string text(const char* format, double value) {
   char buffer[40];
@@ -73,15 +74,15 @@ std::vector<double> currentLess(const std::vector<double>& taken, const Recordin
   return out;
 }
 
-/// Samples while the bearings are on, and how many at their begin are left out; none where a channel is missing.
+bool isThere(const Recording& rec, int channel) { return rec.noise[channel] > 0.0; }
+
+/// Samples while the bearings are on, and how many at their begin are left out.
 struct Judged {
   long count = 0, width = 0, skip = 0;
 };
 
 Judged judgedPart(const Recording& rec) {
   Judged part;
-  for (double noise : rec.noise)
-    if (noise <= 0.0) return part;
   long count = rec.samples;
   for (const auto& event : rec.run.events)
     if (!event.amb_on) count = std::min(count, static_cast<long>(event.time_s * rec.run.sample_rate_hz));
@@ -110,6 +111,47 @@ std::vector<double> smooth(const std::vector<double>& values, long width, long s
   return out;
 }
 
+bool isDriven(const Recording& rec) {
+  return std::any_of(std::begin(rec.excitation.axis), std::end(rec.excitation.axis), [](const std::vector<double>& axis) {
+    return std::any_of(axis.begin(), axis.end(), [](double i) { return i != 0.0; });
+  });
+}
+
+/// Phases that stay up to a knot and then run away: c + slope max(0, s - knot), s in segments, as means over each.
+struct RunningAway {
+  double knot = -0.5, slope = 0.0, off = 1e300;  ///< off: the farthest from it
+  double all() const { return slope * (segments - 0.5 - knot); }
+  bool holds() const { return std::fabs(all()) >= least_drift_rad && off <= straight * std::fabs(all()); }
+};
+
+RunningAway runningAway(const double (&phase)[segments], double knot) {
+  double h[segments], mean_h = 0.0, mean = 0.0, hh = 0.0, hy = 0.0;
+  const auto area = [&](double s) { return 0.5 * std::pow(std::max(0.0, s - knot), 2); };
+  for (int s = 0; s < segments; ++s) {
+    h[s] = area(s + 0.5) - area(s - 0.5);
+    mean_h += h[s] / segments;
+    mean += phase[s] / segments;
+  }
+  for (int s = 0; s < segments; ++s) {
+    hh += std::pow(h[s] - mean_h, 2);
+    hy += (h[s] - mean_h) * (phase[s] - mean);
+  }
+  RunningAway out{knot, hy / hh, 0.0};
+  for (int s = 0; s < segments; ++s) out.off = std::max(out.off, std::fabs(phase[s] - mean - out.slope * (h[s] - mean_h)));
+  return out;
+}
+
+/// From the begin where that is close, else from the knot that fits best.
+RunningAway bestRunningAway(const double (&phase)[segments]) {
+  RunningAway best = runningAway(phase, -0.5);
+  if (best.off < close * std::fabs(best.all())) return best;
+  for (double knot = 0.0; knot <= segments - 2.5; knot += 0.25) {
+    const RunningAway one = runningAway(phase, knot);
+    if (one.off < best.off) best = one;
+  }
+  return best;
+}
+
 std::string columnOf(const Dataset& dataset, ChannelMeaning meaning, int axis) {
   const Channel* channel = dataset.findChannel(meaning, axis);
   return channel != nullptr ? channel->name : "";
@@ -126,12 +168,14 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
 
   std::array<std::vector<double>, axis_count> computed, measured;
   for (int a = 0; a < axis_count; ++a) {
-    computed[a] = smooth(computedCurrent(rec, belief, a, part.count), part.width, part.skip);
-    measured[a] = smooth(currentLess(laggedExcitation(rec, belief, a, part.count), rec, a), part.width, part.skip);
+    if (isThere(rec, a)) computed[a] = smooth(computedCurrent(rec, belief, a, part.count), part.width, part.skip);
+    if (isThere(rec, 4 + a))
+      measured[a] = smooth(currentLess(laggedExcitation(rec, belief, a, part.count), rec, a), part.width, part.skip);
   }
-  double r[axis_count][axis_count], gain[axis_count][axis_count];
+  double r[axis_count][axis_count] = {}, gain[axis_count][axis_count] = {};
   for (int d = 0; d < axis_count; ++d)
     for (int m = 0; m < axis_count; ++m) {
+      if (computed[d].empty() || measured[m].empty()) continue;
       const double both = product(computed[d], measured[m]), square = product(computed[d], computed[d]);
       r[d][m] = both / std::max(std::sqrt(square * product(measured[m], measured[m])), 1e-300);
       gain[d][m] = both / std::max(square, 1e-300);
@@ -139,6 +183,7 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
   std::array<int, axis_count> other{};
   for (int d = 0; d < axis_count; ++d) {
     other[d] = d;
+    if (computed[d].empty() || measured[d].empty()) continue;
     if (r[d][d] > unlike || r[d][d] < -clear) continue;
     double best = clear;
     for (int m = 0; m < axis_count; ++m) {
@@ -153,9 +198,10 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
     const std::string own = columnOf(dataset, ChannelMeaning::displacement, d);
     if (other[d] != d) {
       const int m = other[d];
-      const std::string mate = columnOf(dataset, ChannelMeaning::displacement, m);
+      const bool both = isThere(rec, m);
+      const std::string mate = (both ? "of " : "") + columnOf(dataset, both ? ChannelMeaning::displacement : ChannelMeaning::control_current, m);
       if (other[m] == d && m < d) continue;  // said already
-      remarks.push_back(own + " goes with the control current of " + mate + " (correlation " + text("%.2f", r[d][m]) +
+      remarks.push_back(own + " goes with the control current " + mate + " (correlation " + text("%.2f", r[d][m]) +
                         ", with its own " + text("%.2f", r[d][d]) + "): " +
                         (other[m] == d ? "the two channels, or their currents, are swapped"
                                        : "it may belong to another place") +
@@ -176,24 +222,25 @@ std::vector<std::string> excitationRemarks(const Recording& rec, const Dataset& 
   constexpr double wrong_sign = -0.8, not_its_own = 0.4, alike = 0.8;  // correlations
   std::vector<std::string> remarks;
   const Model& belief = dataset.belief;
+  if (belief.amb_model != AmbModel::linear || rec.holdsContact()) return remarks;
+  if (!isDriven(rec) && (rec.run.kind == RunKind::chirp || rec.run.kind == RunKind::step))
+    return {"a chirp or step without an excitation current: what drove it is not recorded, and so not predicted"};
   const Judged part = judgedPart(rec);
-  if (belief.amb_model != AmbModel::linear || rec.holdsContact() || part.count == 0) return remarks;
-  std::array<std::vector<double>, axis_count> beyond, drive;  // the controller
-  bool driven = false;
+  if (part.count == 0) return remarks;
+  std::array<std::vector<double>, axis_count> beyond, drive;  // the controller; none where displacement or current are missing
   for (int a = 0; a < axis_count; ++a) {
     drive[a] = smooth(laggedExcitation(rec, belief, a, part.count), part.width, part.skip);
-    driven = driven || product(drive[a], drive[a]) > 0.0;
+    if (!isThere(rec, a) || !isThere(rec, 4 + a)) continue;
     beyond[a] = smooth(currentLess(computedCurrent(rec, belief, a, part.count), rec, a), part.width, part.skip);
   }
-  if (!driven && (rec.run.kind == RunKind::chirp || rec.run.kind == RunKind::step))
-    return {"a chirp or step without an excitation current: what drove it is not recorded, and so not predicted"};
   const auto correlation = [&](int a, int m) {
+    if (beyond[m].empty()) return 0.0;
     return product(drive[a], beyond[m]) /
            std::max(std::sqrt(product(drive[a], drive[a]) * product(beyond[m], beyond[m])), 1e-300);
   };
   for (int a = 0; a < axis_count; ++a) {
     const double square = product(drive[a], drive[a]);
-    if (square == 0.0) continue;
+    if (square == 0.0 || beyond[a].empty()) continue;
     std::array<double, axis_count> r{};
     for (int m = 0; m < axis_count; ++m) r[m] = correlation(a, m);
     const int best = static_cast<int>(std::max_element(r.begin(), r.end()) - r.begin());
@@ -215,18 +262,17 @@ std::vector<std::string> excitationRemarks(const Recording& rec, const Dataset& 
 }
 
 std::vector<std::string> clockRemarks(const Recording& rec) {
-  if (rec.standstill || rec.path != nullptr || rec.holdsContact() || rec.pulses.state != TachoState::turning) return {};
-  for (const auto& axis : rec.excitation.axis)
-    if (std::any_of(axis.begin(), axis.end(), [](double i) { return i != 0.0; })) return {};
+  if (rec.standstill || rec.path != nullptr || rec.holdsContact() || rec.pulses.state != TachoState::turning || isDriven(rec))
+    return {};
   const long from = static_cast<long>(std::ceil(rec.pulses.time.front() * rec.run.sample_rate_hz));
   const long to = std::min(rec.samples, static_cast<long>(rec.pulses.time.back() * rec.run.sample_rate_hz));
   const ShaftAngle shaft(rec.pulses);
   const double first = shaft.speed(rec.pulses.time.front()), last = shaft.speed(rec.pulses.time.back());
   const double length = (to - from) / rec.run.sample_rate_hz;
   const double turns = std::fabs(rec.speed_rad_s) * length / two_pi;
-  if (turns < 4.0 * segments || std::fabs(last - first) > steady_speed * std::fabs(first)) return {};
+  if (turns < 4.0 * segments) return {};
   for (int end = 0; end < 2; ++end) {
-    if (rec.noise[2 * end] <= 0.0 || rec.noise[2 * end + 1] <= 0.0) continue;
+    if (!isThere(rec, 2 * end) && !isThere(rec, 2 * end + 1)) continue;  // of one, 0 is measured beside it
     // the mean, which would leak into unwhole turns, taken out
     std::complex<double> mean = 0.0;
     const auto at = [&](long i) {
@@ -244,24 +290,17 @@ std::vector<std::string> clockRemarks(const Recording& rec) {
       least = std::min(least, std::abs(sum));
       most = std::max(most, std::abs(sum));
     }
-    const double noise = rec.noise[2 * end] * std::sqrt(2.0 * segments / static_cast<double>(to - from));
+    const double noise = std::max(rec.noise[2 * end], rec.noise[2 * end + 1]) * std::sqrt(2.0 * segments / static_cast<double>(to - from));
     if (least < 20.0 * noise || most - least > steady_amplitude * most) continue;
-    double sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0;
-    for (int s = 0; s < segments; ++s) {
-      const double x = s - 0.5 * (segments - 1);
-      sx += x;
-      sxx += x * x;
-      sy += phase[s];
-      sxy += x * phase[s];
-    }
-    const double slope = sxy / sxx, centre = sy / segments, run_away = slope * (segments - 1);
-    double off = 0.0;
-    for (int s = 0; s < segments; ++s)
-      off = std::max(off, std::fabs(phase[s] - centre - slope * (s - 0.5 * (segments - 1))));
-    if (std::fabs(run_away) < least_drift_rad || off > straight * std::fabs(run_away)) continue;
-    const double share = slope * segments / length / rec.speed_rad_s;
-    return {"the first harmonic runs away from the tacho by " + text("%.2f", run_away) + " rad in " + text("%.2f", length) +
-            " s: the tacho's clock drifts against the samples by " + text("%.0f", 1e6 * share) +
+    const RunningAway away = bestRunningAway(phase);
+    const double slope = away.slope * segments / length, changed = last - first;
+    if (!away.holds()) continue;
+    // a speed that changes for real takes the harmonic with it
+    if (std::fabs(changed) > steady_speed * std::fabs(first) && std::fabs(slope + changed) > same_change * std::fabs(slope)) continue;
+    const double from_s = from / rec.run.sample_rate_hz + (away.knot + 0.5) * length / segments;
+    return {"the first harmonic runs away from the tacho by " + text("%.2f", away.all()) + " rad " +
+            (away.knot < 0.0 ? "in " + text("%.2f", length) + " s" : "from " + text("%.2f", from_s) + " s on, and not before") +
+            ": the tacho's clock drifts against the samples by " + text("%.0f", 1e6 * slope / rec.speed_rad_s) +
             " ppm; record both with one clock"};
   }
   return {};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/plausibility.hpp"
@@ -46,6 +47,16 @@ std::string pulsesATurn(const Recording& rec, const Run& run) {
   const double ratio = rec.speed_rad_s / radPerSecond(run.speed_hz), times = std::round(ratio);
   if (times < 2.0 || std::fabs(ratio / times - 1.0) > whole) return "";
   return ": it is " + std::to_string(static_cast<int>(times)) + " times as fast; are there as many pulses a turn?";
+}
+
+/// What is taken for the angle that no pulse tells, and fills it in.
+std::string shaftWords(Recording& rec, const Model& belief) {
+  if (!findShaft(rec, belief))
+    return ": the believed speed is taken, and the shaft's angle, which nothing shows, as 0: what turns with the shaft is not predicted";
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g Hz", rec.speed_rad_s / two_pi);
+  return std::string(": the shaft's speed (") + text +
+         ") and angle are those of the first harmonic, its phase as believed: phases of unbalance, bow and runout are not measured here";
 }
 
 }  // namespace
@@ -110,11 +121,16 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
   }
   const bool believed_turning = run.speed_from_tacho || run.speed_hz != 0.0;
   if (!believed_turning || rec.pulses.state != TachoState::turning) {
+    if (run.speed_from_tacho)
+      throw InputError({{datasetFile(dataset.folder), 0, "channels." + tacho->name, "",
+                         "shows no turning in " + run.file + ", and run " + run.id +
+                             " takes its speed from it; look at its threshold, or state the speed"}});
     rec.standstill = !believed_turning;
-    rec.speed_rad_s = radPerSecond(run.speed_from_tacho ? 0.0 : run.speed_hz);
+    rec.speed_rad_s = radPerSecond(run.speed_hz);
     if (believed_turning)
-      rec.remarks.push_back(tacho == nullptr ? "there is no tacho channel: the believed speed is taken, the shaft's angle as 0"
-                                             : "the tacho shows no turning, the belief does: look at its threshold");
+      rec.remarks.push_back(std::string(tacho == nullptr ? "there is no tacho channel"
+                                                         : "the tacho shows no turning, the belief does (look at its threshold)") +
+                            shaftWords(rec, dataset.belief));
     return rec;
   }
   if (run.speed_from_tacho) {

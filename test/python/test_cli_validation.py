@@ -185,6 +185,42 @@ def test_a_recording_may_begin_at_any_time(tmp_path):
         error_of(later)
 
 
+def without_tacho(folder, silent: bool = False) -> None:
+    """Takes the pulses out of a data set's tables, or only makes them silent."""
+    description = yaml.safe_load((folder / "dataset.yaml").read_text())
+    (folder / "runs").unlink()
+    (folder / "runs").mkdir()
+    for run in description["runs"]:
+        lines = [line.split(",") for line in gzip.decompress((MEASURED / run["file"]).read_bytes()).decode().splitlines()]
+        place = lines[0].index("tacho")
+        for line in lines[1:] if silent else lines:
+            line[place:place + 1] = ["0"] if silent else []
+        (folder / run["file"]).write_bytes(gzip.compress("\n".join(map(",".join, lines)).encode(), 1))
+    if not silent:
+        text = (folder / "dataset.yaml").read_text().splitlines()
+        (folder / "dataset.yaml").write_text("\n".join(line for line in text if "one pulse a turn" not in line))
+
+
+@pytest.mark.parametrize("silent, said", [(False, "there is no tacho channel"), (True, "the tacho shows no turning")])
+def test_without_pulses_the_shaft_is_known_by_its_first_harmonic(tmp_path, silent, said):
+    kept = ("chirp_3", "steady_2", "steady_3")
+    told = error_of(fewer_runs(MEASURED, kept, tmp_path / "told"))
+    folder = fewer_runs(MEASURED, kept, tmp_path / "untold")
+    without_tacho(folder, silent)
+    dataset = core.read_dataset(str(folder))
+    compared = core.compare(dataset.belief, dataset)
+    assert compared["errors"]["error"] < 1.1 * told  # some twenty times as large with an angle of 0
+    assert said in compared["remarks"][-1]
+    assert "those of the first harmonic" in compared["remarks"][-1]
+
+
+def test_a_run_whose_speed_is_in_silent_pulses_is_refused(tmp_path):
+    folder = fewer_runs(MEASURED, ("steady_2", "coast_down_1"), tmp_path / "few")
+    without_tacho(folder, silent=True)
+    with pytest.raises(InputError, match="channels.tacho: shows no turning in runs/coast_down_1.csv.gz"):
+        error_of(folder)
+
+
 @pytest.mark.parametrize("kept, said", [(("step_1", "steady_2"), "use: validate"), (("steady_4",), "use: fit")])
 def test_runs_to_fit_and_runs_to_judge_are_asked_for(tmp_path, capsys, kept, said):
     few = fewer_runs(MEASURED, kept, tmp_path / "few")

@@ -166,6 +166,91 @@ TEST(PlausibilityTest, AClockThatDriftsAgainstTheTachoIsFoundWithItsRate) {
   EXPECT_NEAR(ppm, 1e6 * drift, 0.05e6 * drift) << remarks[0];
 }
 
+TEST(PlausibilityTest, AClockThatDriftsLateIsFoundFromThereOn) {
+  constexpr double drift = 4e-3;
+  const Recording rec = spoilt("steady_3", [](Recording& rec) {
+    const double from = 0.5 * rec.duration();
+    for (double& time : rec.pulses.time) time += drift * std::max(0.0, time - from);
+  });
+  const auto remarks = clockRemarks(rec);
+  ASSERT_EQ(remarks.size(), 1u);
+  const double from = std::stod(remarks[0].substr(remarks[0].find(" rad from ") + 10));
+  EXPECT_NEAR(from, 0.5 * rec.duration(), 0.08 * rec.duration()) << remarks[0];
+  const double ppm = std::stod(remarks[0].substr(remarks[0].find("samples by ") + 11));
+  EXPECT_NEAR(ppm, 1e6 * drift, 0.15e6 * drift) << remarks[0];
+}
+
+TEST(PlausibilityTest, AShaftThatSlowsDownIsNoClockThatDrifts) {
+  // the harmonic goes with the pulses; past its resonance it lags behind, by another amount than a clock would
+  const Recording rec = spoilt("steady_3", [](Recording& rec) {
+    const double from = 0.5 * rec.duration();
+    for (double& time : rec.pulses.time) time += 4e-3 * std::max(0.0, time - from);
+    const ShaftAngle shaft(rec.pulses);
+    for (long i = 0; i < rec.samples; ++i) {
+      const double t = i / rec.run.sample_rate_hz, angle = shaft.angle(t) + 1.0 * std::max(0.0, t - from) / (rec.duration() - from);
+      for (int end = 0; end < 2; ++end) {
+        rec.measured[i * predicted_channels + 2 * end] = 1e-5 * std::cos(angle);
+        rec.measured[i * predicted_channels + 2 * end + 1] = 1e-5 * std::sin(angle);
+      }
+    }
+  });
+  EXPECT_TRUE(clockRemarks(rec).empty()) << clockRemarks(rec)[0];
+}
+
+TEST(PlausibilityTest, WhatIsThereIsJudgedWhereOtherChannelsAreMissing) {
+  const auto without = [](std::vector<int> channels, const std::function<void(Recording&)>& spoil) {
+    return [=](Recording& rec) {
+      spoil(rec);
+      for (const int c : channels) {
+        rec.noise[c] = 0.0;
+        scaleColumn(rec, c, 0.0);
+      }
+    };
+  };
+  const auto swapped = [](Recording& rec) { swapColumns(rec, 0, 1); };
+  const auto turned = [](Recording& rec) {
+    for (double& i : rec.excitation.axis[0]) i *= -1.0;
+  };
+  for (const auto& missing : std::vector<std::vector<int>>{{3, 7}, {3}, {7}, {2, 3, 6, 7}}) {
+    expectSaid(said(spoilt("steady_2", without(missing, swapped))), {"ax_um goes with the control current of ay_um", "swapped"});
+    expectSaid(excitationRemarks(spoilt("chirp_1", without(missing, turned)), cleanSet().dataset), {"exc_ax_A has the wrong sign"});
+    for (const char* id : {"steady_2", "chirp_1", "step_1"}) {
+      const Recording rec = spoilt(id, without(missing, [](Recording&) {}));
+      EXPECT_TRUE(said(rec).empty() && excitationRemarks(rec, cleanSet().dataset).empty() && clockRemarks(rec).empty()) << id;
+    }
+  }
+  // its place is told by the current where the displacement of that place is missing
+  expectSaid(said(spoilt("steady_2", without({1}, swapped))), {"ax_um goes with the control current iay_A", "another place"});
+  expectSaid(excitationRemarks(spoilt("chirp_1",
+                                      [](Recording& rec) {
+                                        rec.noise.fill(0.0);
+                                        for (auto& axis : rec.excitation.axis) axis.clear();
+                                      }),
+                               cleanSet().dataset),
+             {"without an excitation current"});
+}
+
+TEST(ShaftWithoutTachoTest, ItsFirstHarmonicTellsSpeedAndAngle) {
+  const Model& belief = cleanSet().dataset.belief;
+  const Recording told = spoilt("steady_3", [](Recording&) {});
+  for (const double wrong : {0.995, 1.0, 1.01}) {
+    Recording rec = told;
+    rec.pulses = {};
+    rec.angle0_rad = 0.0;
+    rec.speed_rad_s = wrong * told.speed_rad_s;
+    ASSERT_TRUE(findShaft(rec, belief));
+    EXPECT_NEAR(rec.speed_rad_s, told.speed_rad_s, 0.1 / told.duration());
+    const double at = rec.first_turns_s;
+    const double off = (rec.angle0_rad + rec.speed_rad_s * at) - (told.angle0_rad + told.speed_rad_s * at);
+    EXPECT_NEAR(std::remainder(off, two_pi), 0.0, 0.2) << "the belief's own error of phase";
+    EXPECT_GT(rec.angle_std_rad, 1.0);
+  }
+  Recording still = told;  // noise alone
+  for (std::size_t i = 0; i < still.measured.size(); ++i)
+    still.measured[i] = still.noise[i % predicted_channels] * (static_cast<double>(i * 7919 % 1009) / 504.5 - 1.0);
+  EXPECT_FALSE(findShaft(still, belief));
+}
+
 TEST(PlausibilityTest, AComparisonGoesOnAndSaysSo) {
   // the same fault in the files: two columns have changed places
   const std::filesystem::path folder = cleanSet().dataset.folder + "_swapped";

@@ -15,7 +15,9 @@
 //   above 0.8, g off by a factor over 3               mixed units
 // A chirp or step without excitation: what drove it is not recorded. Not judged: excitation in runs with contact.
 // The first harmonic of a run at constant speed without excitation keeps its phase to the tacho; where that runs away
-// steadily by more than 0.3 rad while its amplitude stays, the clocks drift. Not judged: an equivalent bearing (it has no
+// steadily by more than 0.3 rad, from the begin or from some time on, while its amplitude stays, the clocks drift. A tacho's speed
+// that changes by more than 1e-3 is a drift too where the phase runs away by just that. Where channels are missing, the others are
+// judged: pairs of a displacement and a current. Not judged: an equivalent bearing (it has no
 // controller), channels that hardly move, swaps of signals that are alike (both ends of a rotor that only moves parallel).
 #include <string>
 #include <vector>

@@ -30,7 +30,7 @@ struct Recording {
   Schedule schedule;                    ///< bearings off and on
   bool standstill = false;              ///< the tacho tells no angle
   double angle0_rad = 0.0, speed_rad_s = 0.0;       ///< at t = 0, of a constant speed: from the first turns
-  /// How well the first turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: not from them.
+  /// How well the first turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: nothing tells them.
   double angle_std_rad = 0.0, speed_std_rad_s = 0.0, first_turns_s = 0.0;
   std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
   bool stays_inside = false;            ///< no end can have touched: predicted without contact
@@ -50,7 +50,12 @@ double radiusAt(const double* displacement, const Model& model, double z_m);
 /// without contact. What is not true of its displacements (unmeasured ones too) makes it false.
 bool staysInside(const Recording& rec, const Model& belief);
 
+/// Angle and speed of a run of constant speed without pulses, by its first harmonic and the belief's phase of it; false where that
+/// is not above the noise. `rec` turns at its believed speed.
+bool findShaft(Recording& rec, const Model& belief);
+
 /// Reads and prepares all runs of a data set.
+/// @throw InputError: a table; a speed that is in the pulses of a tacho that shows none
 std::vector<Recording> prepareRecordings(const Dataset& dataset);
 Recording prepareRecording(const Dataset& dataset, const Run& run);
 
