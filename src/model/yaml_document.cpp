@@ -5,6 +5,8 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -136,6 +138,30 @@ class TreeBuilder : public YAML::EventHandler {
   std::size_t nodes_ = 0;
 };
 
+/// Whether bytes are UTF-8 text from `at` on; moves `at` past one character.
+bool isCharacter(const std::string& text, std::size_t& at) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  const unsigned first = byte(at);
+  const std::size_t more = first < 0x80 ? 0 : first >= 0xc2 && first < 0xe0 ? 1 : first >= 0xe0 && first < 0xf0 ? 2 : 3;
+  if (first == 0 || (first >= 0x80 && first < 0xc2) || first >= 0xf5) return false;
+  for (std::size_t i = 1; i <= more; ++i)
+    if (byte(at + i) < 0x80 || byte(at + i) >= 0xc0) return false;
+  at += more + 1;
+  return true;
+}
+
+/// What is no text is one fault; its bytes would go into messages and names.
+void requireText(const std::string& text, FaultList& faults) {
+  for (std::size_t at = 0; at < text.size();) {
+    if (isCharacter(text, at)) continue;
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    const bool other = text.find('\0') != std::string::npos;
+    faults.add(static_cast<int>(line), "", "",
+               other ? "is no text file" : "is no text in UTF-8; from Latin-1: iconv -f latin1 -t utf-8 IN > OUT");
+    faults.throwIfAny();
+  }
+}
+
 }  // namespace
 
 const YamlNode* YamlNode::find(const std::string& key) const {
@@ -192,15 +218,18 @@ void FaultList::throwIfAny() const {
 
 std::string readTextFile(const std::string& path) {
   std::error_code ignored;
+  errno = 0;
   std::ifstream stream(path, std::ios::binary);
-  if (!stream.is_open() || std::filesystem::is_directory(path, ignored))
-    throw InputError({{path, 0, "", "", "the file cannot be read"}});
+  if (std::filesystem::is_directory(path, ignored)) throw InputError({{path, 0, "", "", "is a folder, not a file"}});
+  if (!stream.is_open())
+    throw InputError({{path, 0, "", "", std::string("the file cannot be read: ") + std::strerror(errno)}});
   std::ostringstream text;
   text << stream.rdbuf();
   return text.str();
 }
 
 YamlNode parseYaml(const std::string& text, FaultList& faults) {
+  requireText(text, faults);
   std::istringstream stream(text);
   TreeBuilder builder(faults);
   try {

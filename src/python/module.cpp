@@ -14,7 +14,10 @@ namespace {
 /// The core's InputError as amb_rotor.errors.InputError, fault by fault.
 void raiseInputError(const amb_rotor::InputError& error) {
   py::list faults;
-  for (const auto& fault : error.faults()) faults.append(fault.text());
+  for (const auto& fault : error.faults()) {
+    const std::string text = fault.text();  // may hold bytes of a file that is none of ours
+    faults.append(py::reinterpret_steal<py::str>(PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace")));
+  }
   const py::object type = py::module_::import("amb_rotor.errors").attr("InputError");
   PyErr_SetObject(type.ptr(), type(faults).ptr());
 }

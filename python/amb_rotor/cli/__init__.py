@@ -18,6 +18,7 @@ import errno
 import importlib
 import importlib.util
 import os
+import pathlib
 import re
 import signal
 import sys
@@ -114,6 +115,10 @@ def _terminate(signum, _frame):
 
 def _call(module, args) -> int:
     """Runs the subcommand. With `--json -` stdout holds the result alone: what is for people goes to stderr."""
+    if args.json and args.json != "-":
+        target = pathlib.Path(args.json)  # told before the work, not after it
+        if target.is_dir() or not target.parent.is_dir():
+            raise InputError(f"--json {args.json}: {'is a folder' if target.is_dir() else 'there is no such folder to write to'}")
     if args.json != "-":
         return int(module.run(args) or EXIT_DONE)
     args.json_stream = sys.stdout
@@ -147,6 +152,8 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, _terminate)
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no reason to stop
 
     if not arguments or arguments[0] in ("-h", "--help"):
         stream = sys.stdout if arguments else sys.stderr

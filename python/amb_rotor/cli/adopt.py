@@ -6,6 +6,7 @@ import json
 import pathlib
 import shutil
 
+from amb_rotor import yaml_file
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
@@ -90,13 +91,9 @@ def _dataset_of(diagnosis: dict):
 
 
 def read_ledger(path: pathlib.Path) -> list[dict]:
-    import yaml
     if not path.is_file():
         return []
-    try:
-        document = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: {error}") from error
+    document = yaml_file.read(path)
     if not isinstance(document, dict) or document.get("format") != "amb-revisions/1" \
             or not isinstance(document.get("revisions"), list) \
             or not all(isinstance(entry, dict) and "revision" in entry for entry in document["revisions"]):
@@ -142,6 +139,8 @@ def _check_out(out: pathlib.Path) -> None:
         raise InputError(f"{out}: is the name of the ledger beside the model; --out is the model file to write")
     if not out.exists():
         return
+    if not out.is_file():
+        raise InputError(f"{out}: is no file; --out is the model file to write")
     from amb_rotor.cli.check import format_of
     try:
         is_model = format_of(out) == "amb-model/1"

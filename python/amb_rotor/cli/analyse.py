@@ -79,7 +79,7 @@ def _motions(args, path: pathlib.Path) -> list:
     from amb_rotor.cli import convert
     facts = motion.rig_facts(_core.read_model(str(common.input_path(args.model))).fields) if args.model else None
     if path.is_dir():
-        dataset = _core.read_dataset(str(path))
+        dataset = _core.read_dataset(str(common.dataset_folder(path)))
         ids = [entry["id"] for entry in dataset.runs]
         unknown = [name for name in args.run if name not in ids]
         if not args.run or unknown:

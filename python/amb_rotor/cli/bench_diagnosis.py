@@ -11,6 +11,7 @@ import sys
 import tempfile
 import threading
 
+from amb_rotor import yaml_file
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
@@ -204,11 +205,7 @@ def _write(path: pathlib.Path, value) -> None:
 
 def truth_of(path: pathlib.Path) -> dict:
     """What a truth.yaml says, as `judge` takes it. What the file leaves out: an effect or none, no difference."""
-    import yaml
-    try:
-        truth = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from None
+    truth = yaml_file.read(path)
     if not isinstance(truth, dict) or truth.get("format") != TRUTH_FORMAT:
         raise InputError(f"{path}: format must be {TRUTH_FORMAT}")
     try:
@@ -300,7 +297,7 @@ def run(args) -> int:
     if args.sets < 1 or args.jobs < 1 or args.seed < 0:
         raise InputError("--sets and --jobs must be from 1, --seed from 0")
     threads = max(1, (os.cpu_count() or 1) // args.jobs)
-    source = pathlib.Path(args.data).resolve() if args.data else None
+    source = common.input_path(args.data).resolve() if args.data else None
     given = sets_in(source) if source else []
     with contextlib.ExitStack() as stack:
         keep = pathlib.Path(args.keep or stack.enter_context(tempfile.TemporaryDirectory()))

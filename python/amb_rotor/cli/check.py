@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import pathlib
 
+from amb_rotor import yaml_file
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
@@ -15,11 +16,10 @@ def add_arguments(parser) -> None:
 
 
 def format_of(path: pathlib.Path) -> str:
-    import yaml
-    try:
-        document = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from error
+    if path.name.endswith((".csv", ".csv.gz", ".npz", ".bag")):
+        raise InputError(f"{path}: is a table of numbers; the data set that it belongs to can be checked: the folder with "
+                         "dataset.yaml, which says what its tables hold")
+    document = yaml_file.read(path)
     name = document.get("format") if isinstance(document, dict) else None
     if not isinstance(name, str):
         raise InputError(f"{path}: no key `format`: amb-model/1, amb-scenario/1, amb-sweep/1, amb-dataset/1 ...")
@@ -108,7 +108,7 @@ def run(args) -> int:
     kind = "amb-dataset/1" if is_dataset else format_of(path)
     try:
         if kind == "amb-dataset/1":
-            text = _check_dataset(path if path.is_dir() else path.parent)
+            text = _check_dataset(common.dataset_folder(path))
         else:
             text = _check_file(path, kind)
     except InputError as error:

@@ -22,7 +22,37 @@ def input_path(text: str) -> pathlib.Path:
     path = pathlib.Path(text)
     if not path.exists():
         raise InputError(f"{text}: there is no such file or folder")
+    if not (path.is_file() or path.is_dir() or path.is_fifo()):  # a device may never end
+        raise InputError(f"{text}: is neither a file nor a folder")
     return path
+
+
+def require_writable(path: pathlib.Path) -> None:
+    """Before long work: that a file or folder of this name can be made. Nothing is left."""
+    missing = [folder for folder in path.parents if not folder.exists()]  # the deepest first
+    probe = path.with_name(f".{secrets.token_hex(4)}.part.{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    finally:
+        for folder in missing:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+
+
+def dataset_folder(text: str) -> pathlib.Path:
+    """The folder of a data set, as an argument; its dataset.yaml stands for it."""
+    path = input_path(text)
+    folder = path.parent if path.name == "dataset.yaml" else path
+    if not folder.is_dir():
+        raise InputError(f"{path}: is a file; a data set is a folder with dataset.yaml and a table for each run (doc/formats.md)")
+    if not (folder / "dataset.yaml").is_file():
+        inside = sorted(child.name for child in folder.iterdir() if (child / "dataset.yaml").is_file())
+        known = f"; data sets in it: {', '.join(inside[:8])}{' ...' if len(inside) > 8 else ''}" if inside else \
+            ", which says what its tables hold (doc/formats.md)"
+        raise InputError(f"{folder}: is no data set: there is no dataset.yaml in it{known}")
+    return folder
 
 
 def add_out(parser: argparse.ArgumentParser, command: str) -> None:

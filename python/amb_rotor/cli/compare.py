@@ -46,12 +46,7 @@ def paths_of(args) -> tuple[str | None, pathlib.Path]:
     if len(args.paths) > 2:
         raise InputError("at most a MODEL and a DATASET")
     model = args.paths[0] if len(args.paths) == 2 and args.paths[0] != "-" else None
-    folder = common.input_path(args.paths[-1])
-    if folder.name == "dataset.yaml":
-        folder = folder.parent
-    if not folder.is_dir():
-        raise InputError(f"{folder}: a data set is a folder with dataset.yaml")
-    return model, folder
+    return model, common.dataset_folder(args.paths[-1])
 
 
 def load_model(path: str | None, overrides: list[str], belief):
@@ -70,13 +65,13 @@ def comparison_json(comparison: dict, dataset_name: str) -> dict:
 
 def print_errors(comparison: dict) -> None:
     def text(value):
-        return "-" if value is None else f"{value:.3f}"
+        return "-" if value is None else f"{value:.3f}" if value < 1e6 else f"{value:.3g}"
     print("error over noise    all    no contact  contact")
     for label, key in (("all runs", "errors"), ("held-out runs", "validation_errors")):
         errors = comparison[key]
         print(f"  {label:<14} {text(errors['error']):>7} {text(errors['error_free']):>11} "
               f"{text(errors['error_contact']):>8}")
-    print("  by run: " + ", ".join(f"{run} {error:.2f}" for run, error in comparison["errors"]["by_run"].items()))
+    print("  by run: " + ", ".join(f"{run} {error:{'.2f' if error < 1e6 else '.3g'}}" for run, error in comparison["errors"]["by_run"].items()))
     if comparison["errors"]["worst"]:
         print(comparison["errors"]["worst"])
     for remark in comparison["remarks"]:
@@ -92,6 +87,8 @@ def run(args) -> int:
     from amb_rotor.report import data, write_report
     dataset = _core.read_dataset(str(folder))
     model = load_model(path, args.overrides, dataset.belief)
+    if args.out:
+        common.require_writable(pathlib.Path(args.out) / "report.html")
     with Bar("comparing") as bar:
         comparison = _core.compare(model, dataset, refit=not args.no_refit, threads=args.threads, progress=bar)
     effects = ", ".join(effect["effect"] for effect in model.effects) or "none"

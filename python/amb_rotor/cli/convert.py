@@ -66,6 +66,8 @@ def read_csv(path: pathlib.Path) -> dict:
         raise InputError(f"{path}: {other or f'is no text in UTF-8: {error}'}") from None
     if other := _core.other_table_format(text):
         raise InputError(f"{path}:1: {other}")
+    if not text.strip():
+        raise InputError(f"{path}: the table is empty: not even a header")
     lines = text.splitlines()
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     rows, faults = [], []
@@ -85,6 +87,7 @@ def read_csv(path: pathlib.Path) -> dict:
 
 def read_npz(path: pathlib.Path) -> dict:
     import zipfile
+    import zlib
 
     import numpy as np
 
@@ -93,8 +96,8 @@ def read_npz(path: pathlib.Path) -> dict:
     try:
         with np.load(path, allow_pickle=False) as archive:
             table = {name: archive[name] for name in archive.files}
-    except (ValueError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: {error}") from None
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise InputError(f"{path}: is no whole npz archive of columns: {error}") from None
     columns = {name: values for name, values in table.items() if values.ndim == 1 and values.dtype.kind == "f"}
     if not columns or len({len(values) for values in columns.values()}) != 1:
         raise InputError(f"{path}: needs columns of numbers of one length")
@@ -128,8 +131,8 @@ def _opened(path: pathlib.Path):
             with bag:
                 yield bag
         return
-    except rosbag.ROSBagException as error:
-        raise InputError(f"{path}: {error}") from None
+    except Exception as error:  # whatever rosbag meets in what is none
+        raise InputError(f"{path}: is no bag that can be read: {error}") from None
     with bag:
         yield bag
 

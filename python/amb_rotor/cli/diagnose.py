@@ -90,6 +90,8 @@ def write_folder(folder: pathlib.Path, fill) -> None:
 
 def may_replace(folder: pathlib.Path) -> None:
     """A folder of ours, or an empty or absent one: nothing else is overwritten."""
+    if folder.name in ("", ".."):
+        raise InputError(f"{folder}: the diagnosis is a folder of its own; name it")
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; the diagnosis is a folder")
     if folder.is_dir() and any(folder.iterdir()) and not (folder / "diagnosis.json").is_file():
@@ -167,6 +169,7 @@ def run(args) -> int:
     folder = common.dataset_folder(args.dataset)
     out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
     may_replace(out)
+    common.require_writable(out)
     dataset, model, diagnosis, adopted, rivals = diagnose(folder, args.model, args)
     print_diagnosis(diagnosis)
     chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] and not adopted.faults else [])
@@ -174,7 +177,9 @@ def run(args) -> int:
     for label, one in chosen:
         with Bar(f"comparing {label}") as bar:
             stages.append((label, _core.compare(one, dataset, threads=args.threads, progress=bar)))
-    save(out, folder, dataset, model, diagnosis, adopted, stages, rivals)
-    common.write_json(args, diagnosis)
+    try:
+        save(out, folder, dataset, model, diagnosis, adopted, stages, rivals)
+    finally:  # a folder that cannot be written takes the result with it, this not
+        common.write_json(args, diagnosis)
     common.report_line(out / "report.html")
     return 0

@@ -28,7 +28,7 @@ def run(args) -> int:
     from amb_rotor import _core, identify
     if not 0.0 < args.lowest < args.highest:
         raise InputError("--from must be above 0 and below --to")
-    dataset = _core.read_dataset(str(common.input_path(args.dataset)))
+    dataset = _core.read_dataset(str(common.dataset_folder(args.dataset)))
     rig = identify.rig_of(dataset.belief.fields)
     found, skipped = [], []
     for entry in dataset.runs:

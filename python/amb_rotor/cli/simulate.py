@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pathlib
 
-from amb_rotor import models
+from amb_rotor import models, yaml_file
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
@@ -96,12 +96,8 @@ def run(args) -> int:
 
 
 def _model_of(scenario: str) -> str:
-    import yaml
     path = common.input_path(scenario)
-    try:
-        document = yaml.safe_load(path.read_text()) if path.is_file() else None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from error
+    document = yaml_file.read(path) if path.is_file() else None
     if not isinstance(document, dict) or document.get("format") != "amb-scenario/1":
         raise InputError(f"{path}: is no scenario (format amb-scenario/1); name one with --scenario")
     return str(models.beside(path))

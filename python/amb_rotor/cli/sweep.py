@@ -5,6 +5,7 @@ import math
 import pathlib
 import time
 
+from amb_rotor import yaml_file
 from amb_rotor.cli import common
 from amb_rotor.errors import InputError
 
@@ -26,11 +27,7 @@ def add_arguments(parser) -> None:
 
 
 def _format(path: pathlib.Path) -> str:
-    import yaml
-    try:
-        document = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from error
+    document = yaml_file.read(path)
     return document.get("format", "") if isinstance(document, dict) else ""
 
 

@@ -86,6 +86,7 @@ def run_data(run: dict) -> dict:
             "orbits": [residual_orbit(run, end) for end in (0, 1)]}
 
 
+@numpy.errstate(all="ignore")  # a channel far beyond all sense is a remark, its squares may overflow
 def stage(label: str, comparison: dict) -> dict:
     """One model against the measurements, for the page."""
     from amb_rotor.report import force

@@ -12,6 +12,7 @@ import pathlib
 import numpy
 import yaml
 
+from amb_rotor import yaml_file
 from amb_rotor.errors import InputError
 
 LAWS = {"contact": ("linear", "hertz"), "friction_law": ("spin", "sliding")}
@@ -26,11 +27,9 @@ class Document:
 
     def __init__(self, path: pathlib.Path, form: str):
         self.path, self.faults, self.lines = path, [], {}
-        try:
+        with yaml_file.one_message(path):
             node = yaml.compose(path.read_text(), Loader=yaml.SafeLoader)
             self.data = yaml.safe_load(path.read_text())
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: {error}") from error
         if not isinstance(self.data, dict) or self.data.get("format") != form:
             raise InputError(f"{path}: format: must be {form}")
         self._note(node, "")
