@@ -91,6 +91,12 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
     }
     out.runs.push_back(std::move(run));
   }
+  constexpr double no_motion = 1e149;  // the root of what stands for no finite prediction
+  std::string diverging;
+  for (const auto& run : out.runs)
+    if (!(run.error < no_motion)) diverging += (diverging.empty() ? "" : ", ") + run.id;
+  if (!diverging.empty())
+    out.remarks.push_back(diverging + ": the model's motion grows beyond all numbers; its loop is not stable with these (amb modes)");
   for (const auto& remark : remarksOn(recordings)) out.remarks.push_back(remark);
   out.errors = breakDown(recordings, out.runs, everything);
   out.validation_errors = breakDown(recordings, out.runs, validate);

@@ -77,6 +77,10 @@ void checkTime(const std::vector<double>& time_s, const Run& run, FaultList& fau
       return;
     }
   }
+  if (std::all_of(steps.begin(), steps.end(), [](double step) { return step <= 0.0; })) {
+    faults.add(0, "t_s", numberText(time_s.front()) + " to " + numberText(time_s.back()), "the time must rise; it nowhere does");
+    return;
+  }
   std::size_t bad = 0;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double samples = steps[i] * run.sample_rate_hz;

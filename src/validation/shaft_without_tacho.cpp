@@ -65,6 +65,7 @@ double shownSpeed(const Recording& rec, long count, double believed) {
 
 bool findShaft(Recording& rec, const Model& belief) {
   const double believed = rec.speed_rad_s;
+  if (!(believed < pi * rec.run.sample_rate_hz)) return false;  // turns that no sample follows
   long count = rec.samples;
   for (const RunEvent& event : rec.run.events)
     count = std::min(count, static_cast<long>(event.time_s * rec.run.sample_rate_hz));

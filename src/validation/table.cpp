@@ -26,6 +26,14 @@ std::string_view firstLine(std::string_view text) { return text.substr(0, text.f
 
 bool holds(std::string_view text, char c) { return text.find(c) != std::string_view::npos; }
 
+/// A cell as it can stand in a message.
+std::string printable(std::string_view cell) {
+  std::string out(cell);
+  for (char& c : out)
+    if (static_cast<unsigned char>(c) < 0x20) c = '?';
+  return out;
+}
+
 /// Whether a line holds a number with a comma for its point: 0,25.
 bool hasDecimalComma(std::string_view line) {
   const auto digit = [&](std::size_t i) { return i < line.size() && line[i] >= '0' && line[i] <= '9'; };
@@ -98,8 +106,8 @@ class TableParser {
     while (true) {
       const std::size_t comma = line.find(',');
       const std::string name(trimmed(line.substr(0, comma)));
-      if (name.empty()) faults_.add(1, "", "", "a column has no name");
-      if (table_.indexOf(name) >= 0) faults_.add(1, name, "", "the column stands twice");
+      if (name.empty()) complain("", "", "a column has no name");
+      if (table_.indexOf(name) >= 0) complain(name, "", "the column stands twice");
       table_.columns.push_back(name);
       if (comma == std::string_view::npos) break;
       line.remove_prefix(comma + 1);
@@ -143,7 +151,7 @@ class TableParser {
     const auto number = parseNumber(cell);
     value = number.value_or(0.0);
     if (!number)
-      complain(table_.columns[column], std::string(cell.substr(0, 40)),
+      complain(table_.columns[column], printable(cell.substr(0, 40)),
                cell.empty() ? "the cell is empty" : "the cell must be a finite number");
     return stop;
   }
@@ -163,6 +171,8 @@ class TableParser {
 
 std::string otherTableFormat(std::string_view text) {
   if (text.substr(0, 2) == "\x1f\x8b") return "the file is gzip-compressed; its name must end with .csv.gz";
+  if (!holds(text, '\n') && std::count(text.begin(), text.end(), '\r') > 1)
+    return "the lines end with CR alone; they must end with LF: tr '\\r' '\\n' < IN > OUT";
   if (holds(text.substr(0, 64), '\0')) return "the file is no plain text (UTF-16, or no table at all); save it as CSV in UTF-8";
   const std::string_view header = trimmed(firstLine(text));
   const std::string_view row = trimmed(firstLine(text.substr(std::min(text.size(), firstLine(text).size() + 1))));
@@ -228,7 +238,7 @@ NumericTable parseTable(const std::string& text, FaultList& faults) {
 NumericTable readTable(const std::string& path, FaultList& faults) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    faults.add(0, "", "", "there is no such file");
+    faults.add(0, "", "", std::filesystem::exists(path, error) ? "is a folder, or no file at all" : "there is no such file");
     return {};
   }
   if (endsWith(path, ".csv.gz")) {
