@@ -120,3 +120,11 @@ def test_numbers_beyond_all_sense_are_remarks_and_short(tmp_path, capsys):
     assert "beyond the air gap" in shown.out
     assert max(map(len, shown.out.splitlines())) < 400
     assert json.loads((tmp_path / "c.json").read_text())["error"] > 1e100
+
+
+def test_a_model_that_diverges_is_named(tmp_path, capsys):
+    few = fewer_runs(MEASURED, ("step_1", "steady_4"), tmp_path / "few")
+    assert cli.main(["compare", "-", str(few), "--no-refit", "--set", "rig.amb.displacement_stiffness_N_per_m=1e7",
+                     "--out", str(tmp_path / "out")]) == 0
+    shown = capsys.readouterr().out
+    assert "step_1, steady_4: the model's motion grows beyond all numbers" in shown and max(map(len, shown.splitlines())) < 400
