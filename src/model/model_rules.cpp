@@ -14,8 +14,9 @@ constexpr bool above = true;
 constexpr bool from = false;
 constexpr const char* longest = "no rotor on magnets is as long; is it in m?";
 /// Radius of gyration of a rotor that tilts over the span of its planes: 0.29 for a rod that ends there, 0.03 for a disc
-/// of a tenth of the span whose shaft weighs next to nothing, 2 for a rod seven times as long.
-constexpr double least_gyration = 0.02, most_gyration = 5.0;
+/// of a tenth of the span whose shaft weighs next to nothing, 6 for a flywheel on bearings close together. Wide limits: another
+/// unit is off by 30 (grams) or 1000 (kg mm2, mm).
+constexpr double least_gyration = 0.01, most_gyration = 20.0;
 
 bool startsWith(const std::string& text, const std::string& head) {
   return text.compare(0, head.size(), head) == 0;
@@ -80,7 +81,7 @@ void checkProportions(const Model& model, Relations& relations) {
                       gyration >= least_gyration * span && gyration <= most_gyration * span,
                       "with the mass, " + numberText(mass) + " kg, gives a radius of gyration of " + numberText(gyration) +
                           " m; must be from " + numberText(least_gyration * span) + " to " + numberText(most_gyration * span) +
-                          " m, between a fiftieth and five times of what the planes span (are they in kg, kg m2 and m?)");
+                          " m, between a hundredth and twenty times what the planes span (are they in kg, kg m2 and m?)");
   }
   for (std::size_t i = 0; i < rig.unbalance.size(); ++i) {
     const double moment = rig.unbalance[i].moment_kg_m, eccentricity = moment / mass;

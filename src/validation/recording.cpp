@@ -119,12 +119,18 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
     rec.pulses = findPulses(table.time_s, table.tacho, options);
     for (const auto& fault : rec.pulses.faults) rec.remarks.push_back(fault.text());
   }
-  const bool believed_turning = run.speed_from_tacho || run.speed_hz != 0.0;
-  if (!believed_turning || rec.pulses.state != TachoState::turning) {
-    if (run.speed_from_tacho)
+  const bool driven = run.kind == RunKind::run_up || run.kind == RunKind::coast_down;
+  const bool believed_turning = (run.speed_from_tacho && driven) || run.speed_hz != 0.0;
+  if (run.speed_from_tacho && rec.pulses.state != TachoState::turning) {
+    if (driven)
       throw InputError({{datasetFile(dataset.folder), 0, "channels." + tacho->name, "",
                          "shows no turning in " + run.file + ", and run " + run.id +
                              " takes its speed from it; look at its threshold, or state the speed"}});
+    rec.standstill = true;
+    rec.remarks.push_back("the tacho shows no turning: the shaft is taken to stand still");
+    return rec;
+  }
+  if (!(believed_turning || run.speed_from_tacho) || rec.pulses.state != TachoState::turning) {
     rec.standstill = !believed_turning;
     rec.speed_rad_s = radPerSecond(run.speed_hz);
     if (believed_turning)

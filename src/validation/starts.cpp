@@ -218,6 +218,10 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     for (int k = 0; k < 4; ++k) out.push_back({0.02, 0.5 * pi * k});
     return out;
   }
+  if (effect == "shaft_flexibility" && belief.rotor_model != RotorModel::rigid_beam) {
+    reason = "only a rigid beam has no bending of its own and tilts";
+    return {};
+  }
   if (effect == "gyroscopic_coupling" && belief.rotor_model != RotorModel::rigid_beam) {
     reason = "only a rigid beam tilts without a gyroscopic matrix of its own";
     return {};

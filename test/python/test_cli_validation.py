@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -219,6 +220,20 @@ def test_a_run_whose_speed_is_in_silent_pulses_is_refused(tmp_path):
     without_tacho(folder, silent=True)
     with pytest.raises(InputError, match="channels.tacho: shows no turning in runs/coast_down_1.csv.gz"):
         error_of(folder)
+
+
+def test_a_standing_rotor_may_have_its_speed_in_the_pulses(tmp_path):
+    folder = fewer_runs(MEASURED, ("chirp_1", "chirp_4"), tmp_path / "few")
+    stated = error_of(folder)
+    said = yaml.safe_load((folder / "dataset.yaml").read_text())
+    for run in said["runs"]:
+        assert run["speed"] == {"type": "constant", "hz": 0.0}
+        run["speed"] = {"type": "tacho"}
+    (folder / "dataset.yaml").write_text(yaml.safe_dump(said, sort_keys=False))
+    dataset = core.read_dataset(str(folder))
+    compared = core.compare(dataset.belief, dataset)
+    assert compared["errors"]["error"] == pytest.approx(stated, rel=1e-3)
+    assert any("taken to stand still" in remark for remark in compared["remarks"])
 
 
 @pytest.mark.parametrize("kept, said", [(("step_1", "steady_2"), "use: validate"), (("steady_4",), "use: fit")])

@@ -40,13 +40,15 @@ TEST_F(LengthenedWindows, LeadToABearingThatIsFarAside) {
     EXPECT_NEAR(found.effects()[0].values[k], truth.values[k], 7e-7) << k;
 }
 
-TEST_F(LengthenedWindows, ALookAtTheWrongEffectEndsBeforeTheyAreLong) {
-  const Trial wrong = candidates.look("velocity_dependent_friction", {}, references, {});
-  ASSERT_TRUE(wrong.fit.finite && isAstray(wrong) && isAstray(references.of(wrong)));
-  EXPECT_EQ(wrong.grown, 0.0);
-  const Trial right = candidates.look(misaligned, {}, references, {});
-  EXPECT_GT(right.grown, 0.0);
-  EXPECT_FALSE(isAstray(right));
+TEST_F(LengthenedWindows, ALookEndsBeforeTheyAreLongWhereHalfTheirLengthGainsNothing) {
+  const FitEffort look = {Through::contact, 3, false, true};
+  const Eigen::VectorXd own = references.contact.nuisance();
+  const Trial begun = candidates.fit({{"velocity_dependent_friction", {0.3, 0.1, 1.0}}}, &own, references.contact.local, look, &references.prior);
+  Trial unbeaten = references.of(begun);
+  unbeaten.fit.chi2 = 0.0;
+  const Trial same = candidates.lengthened(begun, look, &references.prior, &unbeaten);
+  EXPECT_EQ(same.fit.chi2, begun.fit.chi2);
+  EXPECT_EQ(same.grown, 0.0);
 }
 
 TEST_F(LengthenedWindows, AFitToAllRunsThatLeavesSomeAstrayGoesOnFromThere) {
