@@ -5,26 +5,18 @@ what its owner believes, and leaves the runs at the floor: the search must go on
 """
 from __future__ import annotations
 
-import pathlib
-import subprocess
-import sys
-
 import pytest
-import yaml
 
 from amb_rotor import _core
+from independent_sets import independent_set
 
-BLIND = pathlib.Path(__file__).parents[1] / "independent" / "blind.py"
 INDEX = 35  # of seed 2: magnetic saturation, which shows everywhere, and a mount
 
 
 @pytest.mark.timeout(900)  # two minutes alone; a slow machine with all its cores busy takes thrice that
 def test_a_mount_behind_a_soft_contact_is_found(tmp_path):
-    subprocess.run([sys.executable, str(BLIND), "--seed", "2", "--only", str(INDEX), "--out", str(tmp_path)], check=True)
-    folder = tmp_path / f"set-{INDEX:04d}"
-    hidden = {entry["effect"]: entry["parameters"] for entry in yaml.safe_load((folder / "truth.yaml").read_text())["effects"]}
+    dataset, hidden = independent_set(2, INDEX, tmp_path)
     assert set(hidden) == {"magnetic_saturation", "compliant_mount"}
-    dataset = _core.read_dataset(str(folder))
     diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=list(hidden))
     assert [step["added"] for step in diagnosis["steps"]] == ["magnetic_saturation", "compliant_mount"]
     assert diagnosis["steps"][0]["validation_error_contact"] < 1.0, "the mount is hidden, or this shows nothing"

@@ -5,26 +5,18 @@ and pulls at the drag's torque: without it that ends four stated deviations off.
 """
 from __future__ import annotations
 
-import pathlib
-import subprocess
-import sys
-
 import pytest
-import yaml
 
 from amb_rotor import _core
+from independent_sets import independent_set
 
-BLIND = pathlib.Path(__file__).parents[1] / "independent" / "blind.py"
 INDEX = 34  # of seed 11
 
 
 @pytest.mark.timeout(600)
 def test_a_seal_behind_a_drag_is_found(tmp_path):
-    subprocess.run([sys.executable, str(BLIND), "--seed", "11", "--only", str(INDEX), "--out", str(tmp_path)], check=True)
-    folder = tmp_path / f"set-{INDEX:04d}"
-    hidden = {entry["effect"]: entry["parameters"] for entry in yaml.safe_load((folder / "truth.yaml").read_text())["effects"]}
+    dataset, hidden = independent_set(11, INDEX, tmp_path)
     assert set(hidden) == {"spin_drag", "cross_coupled_stiffness"}
-    dataset = _core.read_dataset(str(folder))
     diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=list(hidden))
     assert [step["added"] for step in diagnosis["steps"]] == ["spin_drag", "cross_coupled_stiffness"]
     assert 1.015 < diagnosis["steps"][0]["validation_error_free"] < 1.05, "the seal is hidden, or this shows nothing"

@@ -64,6 +64,13 @@ TEST_F(LengthenedWindows, AFitToAllRunsThatLeavesSomeAstrayGoesOnFromThere) {
   const Trial followed = candidates.followed(settled, references.prior, 8, 0.9);
   EXPECT_EQ(followed.fit.chi2, settled.fit.chi2);
   EXPECT_EQ((followed.fit.covariance - settled.fit.covariance).norm(), 0.0);
+  // a tenth of the deviations that the runs support: the walk finds chi2 flat there, and says so
+  Trial vain = settled;
+  vain.fit.covariance *= 0.01;
+  const Trial walked = candidates.walked(vain, references.prior, 8);
+  const int parameters = vain.space->size() - vain.space->nuisances();
+  const auto spread = [&](const Trial& trial) { return trial.fit.covariance.diagonal().tail(parameters).cwiseSqrt().maxCoeff(); };
+  EXPECT_GT(spread(walked), 3.0 * spread(vain));
 }
 
 TEST(DiagnosisThroughContact, RefitsWhatALookHasBroughtDownBeforeTheRunsToValidateJudgeIt) {
