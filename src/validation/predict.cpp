@@ -1,5 +1,6 @@
 #include "amb_rotor/validation/predict.hpp"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -53,9 +54,7 @@ bool worthReading(const Stretch& stretch, const std::vector<LaneJob>& jobs) {
   return (stretch.last - stretch.first) / stretch.record_rate_hz + run_in >= least_s;
 }
 
-}  // namespace
-
-void predict(const Stretch& given, std::vector<LaneJob>& jobs) {
+void predictOnce(const Stretch& given, std::vector<LaneJob>& jobs) {
   Stretch stretch = given;
   if (stretch.by_events) return predictByEvents(stretch, jobs.data(), jobs.size());
   if (!jobs.empty() && jobs[0].model->friction_law == FrictionLaw::set_valued) {
@@ -67,7 +66,7 @@ void predict(const Stretch& given, std::vector<LaneJob>& jobs) {
       regularised.back().friction_law = FrictionLaw::regularised;
     }
     for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].model = &regularised[i];
-    predict(stretch, jobs);
+    predictOnce(stretch, jobs);
     for (std::size_t i = 0; i < jobs.size(); ++i) jobs[i].model = own[i];
     return;
   }
@@ -85,6 +84,17 @@ void predict(const Stretch& given, std::vector<LaneJob>& jobs) {
     choice().run(stretch, own.data(), own.size());
     for (std::size_t k = 0; k < own.size(); ++k) jobs[group.second[k]].finite = own[k].finite;
   }
+}
+
+}  // namespace
+
+void predict(const Stretch& stretch, std::vector<LaneJob>& jobs) {
+  predictOnce(stretch, jobs);
+  const bool finite = std::all_of(jobs.begin(), jobs.end(), [](const LaneJob& job) { return job.finite; });
+  if (finite || jobs[0].start != nullptr || stretch.calm_s == 0.0) return;
+  Stretch at_once = stretch;  // currents that saturate leave a motion more than one place to settle, or none
+  at_once.calm_s = 0.0;
+  predictOnce(at_once, jobs);
 }
 
 int predictionLanes() { return choice().lanes; }

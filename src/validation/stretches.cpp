@@ -44,7 +44,8 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
   stretch.settle_s = std::max(stretch.settle_s, settling);
   // a lag that settleLags() hurries in 0.15 s would follow the turns and not only the mean
   if (hasEffect(model, "eddy_current_lag")) stretch.settle_s = std::max(stretch.settle_s, 0.5);
-  if (settling > 0.0) stretch.calm_s = 0.15;
+  // and a limit of the currents that the settled motion keeps may be too low for the way there from rest
+  if (settling > 0.0 || hasEffect(model, "current_saturation")) stretch.calm_s = 0.15;
   stretch.contact_step_s = rec.stays_inside ? 0.0 : 1e-5;
   stretch.spin = rec.path == nullptr && !rec.standstill && hasEffect(model, "spin_drag") ? Spin::drag : Spin::prescribed;
   return stretch;
@@ -104,6 +105,8 @@ Model calmed(const Model& model) {
     if (isMode(effect)) {
       double& own = effect.values[effectCatalogue().find(effect.id)->indexOf("damping_ratio")];
       own = std::max(own, damping_ratio);
+    } else if (effect.id == "current_saturation") {
+      effect.values[0] = std::max(effect.values[0], out.rig.amb.max_current_A);
     }
   return out;
 }

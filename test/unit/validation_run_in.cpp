@@ -153,5 +153,33 @@ TEST(RunInTest, AStaticSagOfAWeakFoundationDoesNotRing) {
   EXPECT_LT(swing(own), 0.01 * rings);
 }
 
+TEST(RunInTest, ACurrentLimitThatTheSettledMotionKeepsDoesNotLoseTheRotorOnTheWayThere) {
+  // 100 g mm turn near the critical speed. From rest the loop swings beyond what the limit lets it hold; from the motion
+  // without limit it comes down. At 60 Hz it is the other way round: that motion is beyond the limit's reach, the start is not.
+  struct Case {
+    double speed_hz, gravity_m_s2, limit_A;
+    bool from_rest;
+  };
+  for (const Case& one : {Case{90.0, 9.81, 4.1, false}, Case{100.0, 0.0, 2.8, false}, Case{60.0, 0.0, 2.9, true}}) {
+    SCOPED_TRACE(one.speed_hz);
+    Model model = with(withUnbalance(levitated(), 1e-4, 0.3), "current_saturation", {one.limit_A});
+    model.rig.gravity_m_s2 = one.gravity_m_s2;
+    Recording rec = tenthOfASecond(one.speed_hz);
+    rec.stays_inside = true;
+    Stretch own = stretchOf(rec, model), from_rest = own;
+    from_rest.calm_s = 0.0;
+    own.excitation = from_rest.excitation = nullptr;
+    own.schedule = from_rest.schedule = nullptr;
+    std::vector<double> out(rec.samples * predicted_channels);
+    std::vector<LaneJob> jobs = {jobOf(rec, model, 0.0)};
+    jobs[0].speed_rad_s = rec.speed_rad_s;
+    jobs[0].out = out.data();
+    predict(from_rest, jobs);
+    EXPECT_EQ(jobs[0].finite, one.from_rest);
+    predict(own, jobs);
+    EXPECT_TRUE(jobs[0].finite);
+  }
+}
+
 }  // namespace
 }  // namespace amb_rotor

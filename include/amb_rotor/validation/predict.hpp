@@ -45,11 +45,11 @@ struct LaneJob {
   bool finite = true;                       ///< result: whether the prediction stayed finite
 };
 
-/// A model whose foundation and bending mode come to rest within a few periods.
+/// A model whose foundation and bending mode come to rest within a few periods, and whose currents know no effect's limit.
 Model calmed(const Model& model);
 
-/// Predicts all lanes; serial (callers spread stretches over threads). Uses the widest instruction set there is, none
-/// where it goes by events.
+/// Predicts all lanes (from rest, where the way over a calmed model loses one of them); serial (callers spread stretches over
+/// threads). Uses the widest instruction set there is, none where it goes by events.
 void predict(const Stretch& stretch, std::vector<LaneJob>& jobs);
 
 /// Lanes of a pack on this machine, and its name.
