@@ -102,6 +102,7 @@ py::dict candidateDict(const Candidate& c) {
   d["experiment"] = c.experiment;
   d["excited"] = c.excited;
   d["plausible"] = c.plausible;
+  d["beside"] = c.beside;
   d["note"] = c.note;
   return d;
 }

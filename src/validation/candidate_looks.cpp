@@ -82,6 +82,10 @@ bool Leaders::beyondContact(const References& references) const {
   return mostThroughContact(references) < (free_settled ? 1.0 : in_reach) * free;
 }
 
+bool Leaders::waits() const {
+  return contact_waits && free > beyond_doubt;
+}
+
 void Leaders::add(const Trial& trial, const References& references) {
   if (!trial.usable()) return;
   if (!needsContact(trial.effect)) {
@@ -225,6 +229,12 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   if (values.empty()) return none;
   if (contact && !haveContact()) {
     none.note = "no run to fit holds contact";
+    return none;
+  }
+  if (contact && leaders.waits()) {
+    none.excited = true;
+    none.fit.finite = false;
+    none.note = "not valued alone: what the runs without contact lack comes first";
     return none;
   }
   std::vector<Settings> starts;

@@ -19,10 +19,13 @@ constexpr double noise_level = 1.0;
 /// Such fits along a valley at most, and a difference of chi2 that windows make by the hollows that they end in.
 constexpr int valley_rounds = 3;
 constexpr double rough = 100.0;
-/// Standard deviations in a step of a walk along a valley, steps to each side at most, the rise of chi2 at which it ends, and
-/// iterations that bring the other unknowns to where they are best there.
-constexpr double stride_of_walk = 4.0, end_of_walk = 16.0;
-constexpr int steps_of_walk = 8, walking_iterations = 3;
+/// Standard deviations in the first step of a walk along a valley, of which each is twice the one before, steps to each side at
+/// most, the rise of chi2 at which it ends (windows that end in one hollow or another make 30), and iterations that bring the
+/// other unknowns to where they are best there.
+constexpr double first_stride = 2.0, end_of_walk = 50.0;
+constexpr int steps_of_walk = 6, walking_iterations = 5;
+/// Stated deviations so many times too small make the valley flat: the model stands in its middle.
+constexpr double flat = 4.0;
 /// Correlation of two of an effect's parameters from which on the valley that they lie in may be curved.
 constexpr double curved = 0.97;
 /// Share of what the reference leaves above the noise that windows of half the length may leave for a look to go on.
@@ -40,23 +43,33 @@ std::vector<LocalState> begunAnew(std::vector<LocalState> local) {
   return local;
 }
 
-/// Largest correlation of two parameters of a fit's last effect.
+/// Unknowns of the effect added last of those that only contact shows.
+std::vector<int> ownThroughContact(const Trial& trial) {
+  std::string effect;
+  for (const EffectSetting& one : trial.effects())
+    if (needsContact(one.id)) effect = one.id;
+  std::vector<int> own;
+  for (int k = trial.space->nuisances(); k < trial.space->size(); ++k)
+    if (!effect.empty() && trial.space->coordinates()[k].name.rfind(effect + ".", 0) == 0) own.push_back(k);
+  return own;
+}
+
+/// Largest correlation of two of them.
 double closestCorrelation(const Trial& trial) {
   double closest = 0.0;
-  const auto own = [&](int k) { return trial.space->coordinates()[k].name.rfind(trial.effect + ".", 0) == 0; };
+  const std::vector<int> own = ownThroughContact(trial);
   const Eigen::MatrixXd& c = trial.fit.covariance;
-  for (int i = trial.space->nuisances(); i < trial.space->size(); ++i)
-    for (int j = i + 1; j < trial.space->size(); ++j)
-      if (own(i) && own(j)) closest = std::max(closest, std::fabs(c(i, j)) / std::sqrt(c(i, i) * c(j, j)));
+  for (const int i : own)
+    for (const int j : own)
+      if (i < j) closest = std::max(closest, std::fabs(c(i, j)) / std::sqrt(c(i, i) * c(j, j)));
   return closest;
 }
 
-/// One standard deviation of a fit's last effect along the line on which it is known least, the others and the nuisance
-/// carried along as they hang on it.
+/// One standard deviation of them along the line on which they are known least, the others and the nuisance carried along as
+/// they hang on it.
 Eigen::VectorXd leastKnown(const Trial& trial) {
-  std::vector<int> own;
-  for (int k = trial.space->nuisances(); k < trial.space->size(); ++k)
-    if (trial.space->coordinates()[k].name.rfind(trial.effect + ".", 0) == 0) own.push_back(k);
+  const std::vector<int> own = ownThroughContact(trial);
+  if (own.empty()) return Eigen::VectorXd::Zero(trial.space->size());
   const Eigen::MatrixXd block = trial.fit.covariance(own, own);
   const Eigen::VectorXd deviations = block.diagonal().cwiseSqrt();
   if (!(deviations.minCoeff() > 0.0)) return Eigen::VectorXd::Zero(trial.space->size());  // at a limit, or not to be seen
@@ -148,10 +161,11 @@ Trial Candidates::settled(Trial trial, int iterations) const {
 Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const {
   const Model model = trial.space->model(trial.fit.x);
   const auto liesElsewhere = [&] { return held_out_error > noise_level && worstThroughContact(trial) < astray; };
-  if (!haveContact() || movesByItself(model) || !(closestCorrelation(trial) > curved || liesElsewhere())) return trial;
+  if (!haveContact() || movesByItself(model)) return trial;
+  const int rounds = closestCorrelation(trial) > curved || liesElsewhere() ? valley_rounds : 0;
   const int size = trial.space->size();
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);
-  for (int round = 0; round < valley_rounds && trial.fit.finite; ++round) {
+  for (int round = 0; round < rounds && trial.fit.finite; ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     const Trial here = fit(trial.effects(), &at, trial.local, {Through::contact, 0}, &prior);
     Trial there = lengthened(here, {Through::contact, contact_iterations, true}, &prior);
@@ -176,7 +190,7 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
     const Eigen::VectorXd deviation = leastKnown(trial);
     if (!deviation.allFinite() || !(deviation.norm() > 0.0)) break;
     FitEffort effort = {Through::contact, 0};
-    for (int k = trial.space->nuisances(); k < trial.space->size(); ++k) {
+    for (const int k : ownThroughContact(trial)) {
       const auto share = [&](int i) { return std::fabs(deviation[i]) / trial.space->coordinates()[i].scale; };
       if (effort.held < 0 || share(k) > share(effort.held)) effort.held = k;
     }
@@ -186,28 +200,54 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
     };
     const Trial here = fitFrom(trial);
     effort.iterations = walking_iterations;
-    Trial lowest = here;
-    double widest = 1.0;
-    for (const double side : {-stride_of_walk, stride_of_walk}) {
-      Trial there = here;
-      for (int step = 1; step <= steps_of_walk; ++step) {
-        there.fit.x = trial.space->clamped(there.fit.x + side * deviation);
-        there = fitFrom(std::move(there));
-        const double rise = there.fit.chi2 - here.fit.chi2;
-        if (!there.fit.finite || rise > end_of_walk) break;
-        if (there.fit.chi2 < lowest.fit.chi2) lowest = there;
-        widest = std::max(widest, step * stride_of_walk / std::sqrt(std::max(1.0, rise)));
+    std::vector<Trial> places = {here};  // that the runs hardly tell from here, in their order along the valley
+    for (const double side : {-first_stride, first_stride}) {
+      std::reverse(places.begin(), places.end());
+      Eigen::VectorXd stride = side * deviation;
+      for (int step = 0; step < steps_of_walk; ++step) {
+        Trial next = places.back();
+        const Eigen::VectorXd from = next.fit.x;
+        next.fit.x = trial.space->clamped(from + stride);
+        next = fitFrom(std::move(next));
+        if (!next.fit.finite || next.fit.chi2 - here.fit.chi2 > end_of_walk || next.fit.x[effort.held] == from[effort.held]) break;
+        stride = 2.0 * (next.fit.x - from);
+        places.push_back(std::move(next));
       }
     }
-    if (lowest.fit.chi2 < here.fit.chi2 - worth_anew) {
-      const Eigen::VectorXd own = lowest.nuisance();
-      Trial more = fit(lowest.effects(), &own, lowest.local, {Through::all, iterations, true});
+    const auto at = [&](const Trial& place) { return place.fit.x[effort.held]; };
+    const auto lowest = std::min_element(places.begin(), places.end(),
+                                         [](const Trial& a, const Trial& b) { return a.fit.chi2 < b.fit.chi2; });
+    if (lowest->fit.chi2 < here.fit.chi2 - end_of_walk) {
+      const Eigen::VectorXd own = lowest->nuisance();
+      Trial more = fit(lowest->effects(), &own, lowest->local, {Through::all, iterations, true});
       if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) {
         trial = std::move(more);
         continue;
       }
     }
-    trial.fit.covariance += (widest * widest - 1.0) * deviation * deviation.transpose();
+    // as far as a place is, over the root of its rise: one standard deviation where the valley is a parabola
+    Eigen::VectorXd spread = deviation;
+    for (const Trial& place : places) {
+      const Eigen::VectorXd apart = (place.fit.x - here.fit.x) / std::sqrt(std::max(1.0, place.fit.chi2 - here.fit.chi2));
+      if (std::fabs(apart[effort.held]) > std::fabs(spread[effort.held])) spread = apart;
+    }
+    if (std::fabs(spread[effort.held]) > flat * std::fabs(deviation[effort.held])) {
+      const double middle = 0.5 * (at(places.front()) + at(places.back()));
+      const auto nearest = std::min_element(places.begin(), places.end(), [&](const Trial& a, const Trial& b) {
+        return std::fabs(at(a) - middle) < std::fabs(at(b) - middle);
+      });
+      const Eigen::VectorXd own = nearest->nuisance();
+      FitEffort everything = {Through::all, iterations, true};
+      everything.held = effort.held;
+      Trial more = fit(nearest->effects(), &own, nearest->local, everything);
+      if (more.fit.finite && more.fit.chi2 < trial.fit.chi2 + end_of_walk) {
+        more.fit.covariance.row(effort.held).setZero();  // it stood where it was
+        more.fit.covariance.col(effort.held).setZero();
+        more.fit.covariance += spread * spread.transpose();
+        return more;
+      }
+    }
+    trial.fit.covariance += spread * spread.transpose() - deviation * deviation.transpose();
     break;
   }
   return trial;

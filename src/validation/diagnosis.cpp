@@ -20,13 +20,6 @@
 namespace amb_rotor {
 namespace {
 
-/// Share of the validation runs' chi2 that must fall.
-constexpr double least_validation_drop = 0.004;
-/// Share of the excess over the floor (1) that an effect must take there.
-constexpr double least_excess_share = 0.15;
-/// Through contact a second effect must take this share: windows there never all come down to the floor, and an effect that is
-/// missing takes most of what is above it.
-constexpr double least_further_contact_share = 0.4;
 /// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
 constexpr double rival_share = 0.3;
 constexpr int judged_stride = 4;
@@ -75,11 +68,11 @@ class Diagnoser {
   }
   void setReferences(const Trial& free, const Trial& all);
   void baseline(Diagnosis& out);
-  std::vector<Trial> screen(double from, double to);
+  std::vector<Trial> screen(double from, double to, bool contact_may_wait);
+  Candidate valued(const Trial& trial) const;
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
   bool promises(const Trial& trial) const;
-  bool bornOut(const CandidateErrors& before, const CandidateErrors& after) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
@@ -106,6 +99,7 @@ class Diagnoser {
   std::optional<Unexplained> law_;  ///< beside it, where that was asked
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
+  bool contact_waited_ = false;  ///< in the last screening
   double sampled_error_ = -1.0;  ///< of the reference through contact on the windows of `judged_stride`; below 0: not known
 };
 
@@ -136,18 +130,20 @@ void Diagnoser::baseline(Diagnosis& out) {
   out.nuisance = joint_.space->nuisanceValues(joint_.fit.x, joint_.fit.covariance);
 }
 
-std::vector<Trial> Diagnoser::screen(double from, double to) {
+std::vector<Trial> Diagnoser::screen(double from, double to, bool contact_may_wait) {
   std::vector<Trial> trials;
   const auto holds = [](const Settings& settings, const std::string& name) {
     return std::any_of(settings.begin(), settings.end(), [&](const EffectSetting& s) { return s.id == name; });
   };
   Leaders leaders;
+  leaders.contact_waits = contact_may_wait;
   for (std::size_t n = 0; n < names_.size(); ++n) {
     progress(from + 0.6 * (to - from) * n / names_.size(), names_[n]);
     if (holds(adopted_, names_[n]) || holds(candidates_.belief().effects, names_[n])) continue;
     trials.push_back(candidates_.look(names_[n], adopted_, references_, leaders));
     leaders.add(trials.back(), references_);
   }
+  contact_waited_ = candidates_.haveContact() && leaders.waits();
   candidates_.finish(trials, references_, leaders, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");
   for (auto& t : trials) {
@@ -178,26 +174,29 @@ double Diagnoser::sampledError() {
   return sampled_error_;
 }
 
+Candidate Diagnoser::valued(const Trial& t) const {
+  Candidate c;
+  c.effect = t.effect;
+  c.excited = t.excited;
+  c.borne_out = earns(t);
+  c.note = t.note;
+  c.evidence = t.usable() ? std::max(t.evidence, -1e6) : 0.0;
+  c.errors = t.errors;
+  for (const EffectSetting& one : adopted_) c.beside += (c.beside.empty() ? "" : ", ") + one.id;
+  if (!t.usable()) return c;
+  c.parameters = t.space->effectValues(static_cast<int>(t.space->fitted().size()) - 1, t.fit.x, t.fit.covariance);
+  if (t.evidence < least_evidence && c.note.empty()) c.note = powerOf(t, least_evidence);
+  return c;
+}
+
 void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
-  for (const Trial& t : trials) {
-    Candidate c;
-    c.effect = t.effect;
-    c.excited = t.excited;
-    c.borne_out = earns(t);
-    c.note = t.note;
-    c.evidence = t.usable() ? std::max(t.evidence, -1e6) : 0.0;
-    c.errors = t.errors;
-    if (t.usable()) {
-      c.parameters = t.space->effectValues(static_cast<int>(t.space->fitted().size()) - 1, t.fit.x, t.fit.covariance);
-      if (t.evidence < least_evidence) c.note = powerOf(t, least_evidence);
-    }
-    out.ranking.push_back(c);
-  }
+  out.ranking.clear();
+  for (const Trial& t : trials) out.ranking.push_back(valued(t));
   order(out.ranking);
 }
 
 bool Diagnoser::earns(const Trial& trial) const {
-  return trial.usable() && trial.evidence >= least_evidence && bornOut(errors_, trial.errors);
+  return trial.usable() && trial.evidence >= least_evidence && bornOut(errors_, trial.errors, adopted_.empty());
 }
 
 /// Whether a look has brought the windows that it took down from far above the noise to next to it: fitted to some windows, an
@@ -205,19 +204,6 @@ bool Diagnoser::earns(const Trial& trial) const {
 bool Diagnoser::promises(const Trial& trial) const {
   return trial.usable() && needsContact(trial.effect) && trial.evidence >= plain_promise && isAstray(references_.of(trial)) &&
          !isAstray(trial);
-}
-
-/// Whether the runs to validate have become better by a share of what is above the floor: a wrong effect that bends a little
-/// towards the right one does not do that.
-bool Diagnoser::bornOut(const CandidateErrors& before, const CandidateErrors& after) const {
-  const auto better = [](double was, double is, double share) {
-    if (was < 0.0 || is < 0.0) return false;
-    const double drop = was * was - is * is, above = was * was - 1.0;
-    return drop > least_validation_drop * was * was && drop > share * above;
-  };
-  return better(before.validation_error_free, after.validation_error_free, least_excess_share) ||
-         better(before.validation_error_contact, after.validation_error_contact,
-                adopted_.empty() ? least_excess_share : least_further_contact_share);
 }
 
 /// Everything refitted to all runs, with robust standard deviations; the model as it stands from then on.
@@ -239,9 +225,11 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
                                  {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
     if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
   }
-  joint_ = candidates_.settled(std::move(joint_), joint_iterations);
+  // while the runs without contact lack something, windows through contact go astray for that
+  if (candidates_.judge(joint_, false, true).validation_error_free < structured_error)
+    joint_ = candidates_.settled(std::move(joint_), joint_iterations);
   errors_ = candidates_.judge(joint_, true, true);
-  if (needsContact(effects.back().id)) {
+  if (std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); })) {
     const Eigen::VectorXd stood = joint_.fit.x;
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
     if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, true);
@@ -274,7 +262,7 @@ bool Diagnoser::withdraw(Diagnosis& out) {
     if (candidates_.evidence(joint_, without) > least_evidence) {
       // at the floor an effect must be worth its place on the runs to validate, as when it was adopted: many parameters
       // find some evidence in the colour of the noise
-      if (!clean() || bornOut(candidates_.judge(without, all, true), errors_)) continue;
+      if (!clean() || bornOut(candidates_.judge(without, all, true), errors_, false)) continue;
     }
     out.withdrawn.push_back(adopted_[i].id);
     out.steps.erase(out.steps.begin() + static_cast<long>(i));
@@ -296,14 +284,17 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
     trial.evidence = candidates_.evidence(trial, begin_.of(trial));
     const auto was =
         std::find_if(out.ranking.begin(), out.ranking.end(), [&](const Candidate& c) { return c.effect == effect.id; });
-    if (was == out.ranking.end() || trial.evidence <= was->evidence) continue;
+    if (was == out.ranking.end()) continue;
+    const bool instead = !was->beside.empty() && adopted_.size() == 1;
+    if (!instead && trial.evidence <= (was->beside.empty() ? *was : out.ranking[0]).evidence) continue;
     Candidate anew = *was;
+    anew.beside.clear();
     anew.evidence = trial.evidence;
     anew.errors = candidates_.judge(trial, contact, false);
     anew.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
     anew.note.clear();
     anew.borne_out = true;
-    takeBetter(out.ranking, anew);
+    takeAnew(out.ranking, anew);
   }
 }
 
@@ -373,6 +364,7 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
   const Trial stood = joint_;
   const CandidateErrors before = errors_;
   const Settings had = adopted_;
+  Candidate beside;
   const auto steps = out.steps;
   int tried = 0;
   for (const Trial& t : trials) {
@@ -380,9 +372,13 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
     if (!earns(t) && !promises(t)) continue;
     ++tried;
     progress(share - 0.02, "refit with " + t.effect);
+    beside = valued(t);
     out.steps.push_back({t.effect, {}, {}});
     adopt(t.effects(), t, out);
-    if (bornOut(before, errors_)) return &t;
+    if (bornOut(before, errors_, false)) {
+      if (!had.empty()) takeAnew(out.ranking, beside);
+      return &t;
+    }
     joint_ = stood;
     errors_ = before;
     adopted_ = had;
@@ -424,9 +420,14 @@ Diagnosis Diagnoser::run() {
   for (int step = 0; step < options_.most_steps; ++step) {
     if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
-    const std::vector<Trial> trials = screen(from, to);
+    std::vector<Trial> trials = screen(from, to, true);
     if (step == 0) rank(trials, out);
-    const Trial* const chosen = adoptBest(trials, to, out);
+    const Trial* chosen = adoptBest(trials, to, out);
+    if (chosen == nullptr && contact_waited_) {  // in vain
+      trials = screen(from, to, false);
+      if (step == 0) rank(trials, out);
+      chosen = adoptBest(trials, to, out);
+    }
     if (chosen == nullptr) {
       if (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, out)) break;
       if (clean()) break;

@@ -8,6 +8,11 @@ namespace {
 
 /// Candidates whose evidence is this close explain the runs as well.
 constexpr double twin_share = 0.03, twin_evidence = 8.0;
+/// Share of the validation runs' chi2 that must fall.
+constexpr double least_validation_drop = 0.004;
+/// Through contact a second effect must take this share: windows there never all come down to the floor, and an effect that is
+/// missing takes most of what is above it.
+constexpr double least_further_contact_share = 0.4;
 
 }  // namespace
 
@@ -16,12 +21,23 @@ double excessWithoutContact(const CandidateErrors& errors) {
   return error < 0.0 ? 0.0 : std::max(0.0, error * error - 1.0);
 }
 
+bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool first) {
+  const auto better = [](double was, double is, double share) {
+    if (was < 0.0 || is < 0.0) return false;
+    const double drop = was * was - is * is, above = was * was - 1.0;
+    return drop > least_validation_drop * was * was && drop > share * above;
+  };
+  return better(before.validation_error_free, after.validation_error_free, least_excess_share) ||
+         better(before.validation_error_contact, after.validation_error_contact,
+                first ? least_excess_share : least_further_contact_share);
+}
+
 void markConfounded(std::vector<Candidate>& ranking) {
   for (auto& one : ranking) {
     one.confounded_with.clear();
-    if (!one.excited || one.evidence <= least_evidence) continue;
+    if (!one.excited || one.evidence <= least_evidence || !one.beside.empty()) continue;
     for (const auto& other : ranking)
-      if (other.effect != one.effect && other.excited &&
+      if (other.effect != one.effect && other.excited && other.beside.empty() &&
           std::fabs(other.evidence - one.evidence) < std::max(twin_evidence, twin_share * one.evidence))
         one.confounded_with.push_back(other.effect);
   }
@@ -31,6 +47,12 @@ void order(std::vector<Candidate>& ranking) {
   std::stable_sort(ranking.begin(), ranking.end(), [](const Candidate& a, const Candidate& b) {
     return a.borne_out != b.borne_out ? a.borne_out : a.evidence > b.evidence;
   });
+  const auto alone = [](const Candidate& c) { return c.beside.empty(); };
+  const auto leader = std::find_if(ranking.begin(), ranking.end(), alone);
+  if (leader != ranking.end()) {
+    std::rotate(ranking.begin(), leader, leader + 1);
+    std::stable_partition(ranking.begin() + 1, ranking.end(), [&](const Candidate& c) { return !alone(c); });
+  }
   markConfounded(ranking);
 }
 
@@ -40,9 +62,9 @@ void notBorneOut(std::vector<Candidate>& ranking, const std::string& effect) {
   order(ranking);
 }
 
-void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew) {
+void takeAnew(std::vector<Candidate>& ranking, const Candidate& anew) {
   for (auto& c : ranking)
-    if (c.effect == anew.effect && anew.evidence > c.evidence) c = anew;
+    if (c.effect == anew.effect) c = anew;
   order(ranking);
 }
 

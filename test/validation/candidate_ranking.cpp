@@ -28,26 +28,34 @@ TEST(RankingTest, TheExcessIsWhatIsAboveTheNoise) {
   EXPECT_EQ(excessWithoutContact(errorsOf(-1.0, 3.0)), 0.0) << "no such runs";
 }
 
-TEST(RankingTest, ACandidateValuedAnewTakesItsPlaceOnlyWithMoreEvidence) {
+TEST(RankingTest, ACandidateValuedAnewTakesItsPlace) {
   std::vector<Candidate> ranking = {ranked("a", 500.0), ranked("b", 200.0), ranked("c", 195.0)};
   markConfounded(ranking);
   EXPECT_TRUE(ranking[0].confounded_with.empty());
   EXPECT_EQ(ranking[1].confounded_with, std::vector<std::string>{"c"});
-  Candidate worse = ranked("b", 100.0);
-  worse.note = "anew";
-  takeBetter(ranking, worse);
-  EXPECT_EQ(ranking[1].effect, "b");
-  EXPECT_EQ(ranking[1].evidence, 200.0);
-  EXPECT_TRUE(ranking[1].note.empty());
   Candidate better = ranked("c", 509.0);
   better.note = "anew";
-  takeBetter(ranking, better);
+  takeAnew(ranking, better);
   ASSERT_EQ(ranking.size(), 3u);
   EXPECT_EQ(ranking[0].effect, "c");
   EXPECT_EQ(ranking[0].note, "anew");
   EXPECT_EQ(ranking[0].confounded_with, std::vector<std::string>{"a"}) << "its twins are others now: 9 of 509";
   EXPECT_EQ(ranking[1].confounded_with, std::vector<std::string>{"c"});
   EXPECT_TRUE(ranking[2].confounded_with.empty()) << "b has lost its twin";
+}
+
+TEST(RankingTest, WhatWasAdoptedBesideTheFirstStandsBehindIt) {
+  std::vector<Candidate> ranking = {ranked("a", 500.0), ranked("b", 498.0), ranked("c", 0.0)};
+  Candidate beside = ranked("c", 900.0);
+  beside.beside = "a";
+  beside.borne_out = true;
+  takeAnew(ranking, beside);
+  ASSERT_EQ(ranking.size(), 3u);
+  EXPECT_EQ(ranking[0].effect, "a") << "its evidence is over the model with a, and none over the belief";
+  EXPECT_EQ(ranking[1].effect, "c");
+  EXPECT_EQ(ranking[2].effect, "b");
+  EXPECT_EQ(ranking[0].confounded_with, std::vector<std::string>{"b"});
+  EXPECT_TRUE(ranking[1].confounded_with.empty());
 }
 
 TEST(RankingTest, WhatTheHeldOutRunsBearOutComesFirst) {

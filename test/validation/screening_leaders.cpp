@@ -45,6 +45,16 @@ TEST(ScreeningLeaders, ALeaderThatLeavesMuchSettlesWhatCannotComeNearIt) {
   }
 }
 
+TEST(ScreeningLeaders, ContactWaitsForALeaderBeyondDoubtUnlessItWaitedInVain) {
+  for (const double evidence : {900.0, 1100.0}) {
+    Leaders leaders;
+    leaders.add(found("shaft_bow", evidence, 2.0), afterBaseline());
+    EXPECT_EQ(leaders.waits(), evidence > 1000.0) << evidence;
+    leaders.contact_waits = false;
+    EXPECT_FALSE(leaders.waits()) << evidence;
+  }
+}
+
 TEST(ScreeningLeaders, WhatComesSecondDoesNotUnsettleTheFirst) {
   Leaders leaders;
   leaders.add(found("static_load", 2e5, 1.0), afterBaseline());

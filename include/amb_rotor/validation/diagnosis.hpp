@@ -24,6 +24,7 @@ struct Candidate {
   bool excited = true;                       ///< false: these runs cannot show it
   bool borne_out = false;  ///< the runs to validate have become better by it: such come first
   bool plausible = true;                     ///< parameters inside their physical range, not at a limit
+  std::string beside;                        ///< what was adopted when its evidence was found; empty: nothing, as for most
   std::string note;
 };
 

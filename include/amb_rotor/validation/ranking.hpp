@@ -10,20 +10,29 @@ namespace amb_rotor {
 /// Evidence below which an effect does not earn its place, whatever else.
 constexpr double least_evidence = 12.0;
 
+/// Share of the excess over the floor (1) that an effect must take on the runs to validate.
+constexpr double least_excess_share = 0.15;
+
+/// Whether the runs to validate have become better by a share of what is above the floor: a wrong effect that bends a little
+/// towards the right one does not do that.
+/// @param first  no effect was adopted before, and this one is not yet refitted with everything: through contact less will do
+bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool first);
+
 /// Squares above the floor on the runs to validate without contact; 0 where there are none.
 double excessWithoutContact(const CandidateErrors& errors);
 
 /// Names with each candidate those whose evidence is within 3 % of its own, or 8.
 void markConfounded(std::vector<Candidate>& ranking);
 
-/// What the runs to validate bear out first, then by evidence; names twins.
+/// What the runs to validate bear out first, then by evidence; what was adopted beside others stands behind the first of those
+/// that were valued alone. Names twins.
 void order(std::vector<Candidate>& ranking);
 
 /// A candidate that the runs to validate did not bear out after all stands behind those that they do.
 void notBorneOut(std::vector<Candidate>& ranking, const std::string& effect);
 
-/// A candidate of the ranking that was valued anew counts where its evidence has grown; order and twins follow.
-void takeBetter(std::vector<Candidate>& ranking, const Candidate& anew);
+/// A candidate of the ranking that was valued anew, alone or beside others; order and twins follow.
+void takeAnew(std::vector<Candidate>& ranking, const Candidate& anew);
 
 /// An error through contact that was judged on some windows, in proportion to what the reference has on all of them and on
 /// the same ones.

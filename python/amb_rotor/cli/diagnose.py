@@ -57,6 +57,8 @@ def print_diagnosis(diagnosis: dict) -> None:
         remarks = []
         if not row["excited"]:
             remarks.append("not excited by these runs")
+        if row["beside"]:
+            remarks.append("beside " + row["beside"])
         if row["confounded_with"]:
             remarks.append("hardly parted from " + ", ".join(row["confounded_with"]))
         figures = f"{row['evidence']:9.1f} {row['validation_error']:9.3f}" if row["excited"] else f"{'-':>9} {'-':>9}"
