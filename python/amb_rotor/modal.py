@@ -2,8 +2,9 @@
 
 Over one period T of the controller the rotor, the amplifiers and the lags behind them are propagated by the matrix
 exponential under the held commands, with the command changing where the delay ends inside the period; the controller is
-its difference equation, whatever its kind. An eigenvalue z of that map is the continuous s = ln(z)/T. Frequencies above half the sample
-rate do not exist in it. A bearing without a controller (equivalent) has the eigenvalues of its state matrix.
+its difference equation, whatever its kind. An eigenvalue z of that map is the continuous s = ln(z)/T + 2 pi j k/T: samples do
+not tell which k, the rotor does (_unfolded), so that a bending mode above half the sample rate stands at its own frequency with
+its own whirl; the loop's other motions do not exist there. A bearing without a controller (equivalent) has the eigenvalues of its state matrix.
 
 Left out: contact, the limits of current and voltage, the steps of the converters, the static position under gravity.
 """
@@ -20,6 +21,9 @@ from amb_rotor.errors import InputError
 AXES = ("ax", "ay", "bx", "by")
 # Roots with more damping than this are no oscillation that a person would call a mode.
 LARGEST_DAMPING_RATIO = 0.95
+# Of bending modes that samples fold: their damping ratio without control, how far control moves them (relative), and the share of
+# the misfit of displacements to velocities that unfolding leaves, some hundredths mostly.
+LIGHT, MOVED, UNFOLDED = 0.2, 0.02, 0.5
 # Eigenvalues closer than this (relative) are one, and their directions arbitrary.
 EQUAL = 1e-5
 
@@ -115,13 +119,45 @@ def closed_loop(parts) -> Loop:
 
 
 def _eigen(parts):
-    """Continuous eigenvalues and the mechanics of their vectors."""
+    """Continuous eigenvalues, the mechanics of their vectors, and which are bending modes at half the sample rate or above."""
     if not parts["controlled"]:
-        return numpy.linalg.eig(parts["a"])
+        values, vectors = numpy.linalg.eig(parts["a"])
+        return values, vectors, numpy.zeros(values.size, bool)
     loop = closed_loop(parts)
     values, vectors = numpy.linalg.eig(loop.a)
     keep = numpy.abs(values) > 1e-9
-    return numpy.log(values[keep].astype(complex)) / loop.period_s, vectors[:loop.states, keep]
+    values, vectors = numpy.log(values[keep].astype(complex)) / loop.period_s, vectors[:loop.states, keep]
+    unfolded, above = _unfolded(values, vectors, parts, 2.0 * math.pi / loop.period_s)
+    return unfolded, vectors, above
+
+
+def _unfolded(values, vectors, parts, rate):
+    """s + j k rate, rate in rad/s, of bending modes that the samples fold, and which they are.
+
+    The loop hardly moves such a mode: k is one that brings s to a natural frequency of the rotor without control, and its
+    displacements nearest to its velocities over s. Held commands stir the slow motions at the folded frequency, too, which
+    leaves a misfit with any k; it is far smaller than without k."""
+    free = numpy.linalg.eigvals(parts["a"])
+    free = free[(numpy.abs(free.imag) > 0.45 * rate) & (numpy.abs(free.real) < LIGHT * numpy.abs(free))]
+    unfolded, above = values.copy(), numpy.zeros(values.size, bool)
+    if not free.size:
+        return unfolded, above
+    count = parts["coordinates"]
+    weight = numpy.tile(numpy.asarray(parts["mass"]), 2)
+
+    def misfit(index, s):
+        place, velocity = vectors[:count, index], vectors[count:2 * count, index]
+        return float(numpy.sum(weight * numpy.abs(place - velocity / s) ** 2))
+    for index, value in enumerate(values):
+        near = [s for s in value + 1j * rate * numpy.rint((free.imag - value.imag) / rate)
+                if numpy.min(numpy.abs(s - free) / numpy.abs(free)) < MOVED]
+        if not near:
+            continue
+        best = min(near, key=lambda s: misfit(index, s))
+        above[index] = best == value or misfit(index, best) < UNFOLDED ** 2 * misfit(index, value)
+        if above[index]:
+            unfolded[index] = best
+    return unfolded, above
 
 
 def _whirl(vector, parts) -> float:
@@ -138,12 +174,12 @@ def modes(model, speed_hz: float) -> list[Mode]:
     """Oscillating modes of the closed loop, by rising natural frequency."""
     from amb_rotor import _core
     parts = _core.linear_parts(model, float(speed_hz))
-    values, vectors = _eigen(parts)
+    values, vectors, above = _eigen(parts)
     half_rate = 0.5 * parts["sample_rate_hz"] if parts["controlled"] else math.inf
     found = []
     for index, value in enumerate(values):
         natural = abs(value)
-        if value.imag <= 1e-6 * max(natural, 1.0) or natural / (2 * math.pi) > 0.95 * half_rate:
+        if value.imag <= 1e-6 * max(natural, 1.0) or natural / (2 * math.pi) > 0.95 * half_rate and not above[index]:
             continue
         damping = -value.real / natural
         if abs(damping) > LARGEST_DAMPING_RATIO:
@@ -175,7 +211,7 @@ def distinct(frequencies, count: int) -> list[float]:
 def largest_growth(model, speed_hz: float) -> float:
     """The largest real part of all eigenvalues [1/s]; above 0 the rotor does not levitate."""
     from amb_rotor import _core
-    values, _ = _eigen(_core.linear_parts(model, float(speed_hz)))
+    values, _, _ = _eigen(_core.linear_parts(model, float(speed_hz)))
     return float(numpy.max(values.real))
 
 

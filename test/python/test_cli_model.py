@@ -18,6 +18,8 @@ from amb_rotor.errors import InputError  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODEL = ROOT / "config/thesis/levitation_model.yaml"
 ELECTRIC = ROOT / "config/thesis/levitation_electric.yaml"
+FLEXIBLE = ROOT / "config/thesis/flexible_model.yaml"
+CAMPBELL = ROOT / "config/thesis/campbell_model.yaml"
 DROP = ROOT / "config/thesis/drop.yaml"
 TABLE = ROOT / "config/thesis/table_4_2"
 
@@ -223,6 +225,24 @@ def test_modes_of_the_sampled_loop_ring_as_the_run_does(tmp_path, path, override
     fitted = basis @ numpy.linalg.lstsq(basis, x[late], rcond=None)[0]
     # 2 %: the other modes of the loop (filter, amplifier) have not died away completely
     assert numpy.max(numpy.abs(fitted - x[late])) < 0.02 * numpy.max(numpy.abs(x[late]))
+
+
+def test_bending_modes_that_the_samples_fold_stand_at_their_own_frequency_and_whirl():
+    """5 kHz see 3.0, 5.2 and 7.3 kHz as 2.0, 0.17 and 2.3 kHz, the first with its whirl reversed."""
+    levitated, held, rigid = core.read_model(str(FLEXIBLE)), core.read_model(str(CAMPBELL)), core.read_model(str(MODEL))
+    for hz in (0.0, 100.0):
+        wanted = [mode for mode in modal.modes(held, hz) if mode.frequency_hz > 1000.0]
+        found = [mode for mode in modal.modes(levitated, hz) if mode.frequency_hz > 1000.0]
+        # springs of the static stiffness beside the loop's force at such a frequency: 1e-3 of a mode that hardly feels either
+        assert [mode.frequency_hz for mode in found] == pytest.approx([mode.frequency_hz for mode in wanted], rel=1e-3)
+        assert [mode.whirl for mode in found] == [mode.whirl for mode in wanted]
+        assert all(0.0 < mode.damping_ratio < 0.005 for mode in found), "0.002 of the shaft's and what the loop adds"
+        slow = [mode for mode in modal.modes(levitated, hz) if mode.frequency_hz < 1000.0]
+        # a rotor that gives way by its bending in the bearings: below 1 % at a thirtieth of its frequency
+        assert [mode.frequency_hz for mode in slow] == pytest.approx([mode.frequency_hz for mode in modal.modes(rigid, hz)], rel=0.01)
+    speeds, wanted = (modal.critical_speeds(model, 500.0) for model in (levitated, rigid))
+    assert [one["whirl"] for one in speeds] == [one["whirl"] for one in wanted] == ["planar", "backward", "forward"]
+    assert [one["speed_hz"] for one in speeds] == pytest.approx([one["speed_hz"] for one in wanted], rel=0.02)
 
 
 def test_gyroscopic_modes_part_into_forward_and_backward():

@@ -45,7 +45,8 @@ def run(args) -> int:
             print(f"  {mode.frequency_hz:8.2f} Hz  {mode.damping_ratio:11.4f}  {mode.whirl:<8}  {_motion(mode)}")
         rows.append({"speed_hz": speed, "stable": bool(growth <= 1e-6), "modes": [mode_dict(mode) for mode in found]})
     if model.rotor_model == "flexible" and model.amb_model == "linear":
-        print("(seen at the controller's samples: a bending mode above half the sample rate, "
-              f"{0.5 * model.fields['rig.controller.sample_rate_hz']:g} Hz, appears folded below it)")
+        print("(a bending mode above half the sample rate, "
+              f"{0.5 * model.fields['rig.controller.sample_rate_hz']:g} Hz, stands at its own frequency; the controller's samples "
+              "see it folded below)")
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "speeds": rows})
     return 0
