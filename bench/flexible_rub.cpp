@@ -97,13 +97,8 @@ struct Problem {
         shape(k, e) = rotor.shape(plane_amb + e, k);
         shape(k, 2 + e) = rotor.shape(plane_aux + e, k);
       }
+      shape(k, 4) = rotor.shape(plane_aux + 2, k);  // the unbalance's, the first behind those that every machine has
     }
-    // the unbalance at z = 0, between two rows of the table
-    std::size_t row = 0;
-    while (all.z_m[row + 1] < 0.0) ++row;
-    const double share = -all.z_m[row] / (all.z_m[row + 1] - all.z_m[row]);
-    for (int k = 0; k < modes; ++k)
-      shape(k, 4) = (1.0 - share) * all.shape[row * modes + k] + share * all.shape[(row + 1) * modes + k];
   }
   int size() const { return 4 * modes; }
   int guards() const { return 2; }

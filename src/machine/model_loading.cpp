@@ -17,9 +17,6 @@
 namespace amb_rotor {
 namespace {
 
-/// Positions at which the shapes are tabulated: linear interpolation between 401 of them is good to 1e-5 of a shape
-/// with five half waves.
-constexpr int table_size = 401;
 constexpr double same_plane_m = 1e-6;
 
 /// Throws faults in what the model says, with its file and lines where it has them.
@@ -79,8 +76,12 @@ void fillFlexibleModes(Model& model, double highest_hz) {
   }
   for (int k = 0; k < n; ++k)
     for (int l = 0; l < n; ++l) modes.gyroscopic.push_back(scale[k] * scale[l] * reduced.gyroscopic(k, l));
-  for (int i = 0; i < table_size; ++i) {
-    const double z = reduced.left() + (reduced.right() - reduced.left()) * i / (table_size - 1);
+  const std::vector<double>& nodes = reduced.grid.z;
+  const std::size_t rows = FlexibleModes::rows_an_element;
+  for (std::size_t i = 0; i <= rows * (nodes.size() - 1); ++i) {
+    const std::size_t left = i / rows, inside = i % rows;
+    const double length = inside > 0 ? nodes[left + 1] - nodes[left] : 0.0;
+    const double z = nodes[left] + length * static_cast<double>(inside) / static_cast<double>(rows);
     modes.z_m.push_back(z);
     const auto shape = reduced.shape(z);
     for (int k = 0; k < n; ++k) modes.shape.push_back(scale[k] * shape[k]);

@@ -159,20 +159,28 @@ class RotorAssembly final : public RotorPort<S> {
     return model_.flexible.stiffness[k] / model_.flexible.mass[k] <= 1e-8 * highest;
   }
 
-  /// Shape of a flexible mode at z, linear in the table (the table is dense: the rotor layer's shape functions).
+  /// Shape of a flexible mode at z.
   S tabulated(const S& z, int k) const {
     S value(0.0);
     for (std::size_t lane = 0; lane < ScalarTraits<S>::lanes; ++lane) setLane(value, lane, tabulatedAt(laneValue(z, lane), k));
     return value;
   }
+  /// By Lagrange's cubic through the four rows of its element, which is the element's own shape function.
   double tabulatedAt(double z, int k) const {
+    constexpr std::size_t step = FlexibleModes::rows_an_element;
     const auto& table = model_.flexible;
     const std::size_t n = table.mass.size();
     const auto& zs = table.z_m;
-    std::size_t i = std::upper_bound(zs.begin(), zs.end(), z) - zs.begin();
-    i = std::min(std::max<std::size_t>(i, 1), zs.size() - 1);
-    const double share = (z - zs[i - 1]) / (zs[i] - zs[i - 1]);
-    return (1.0 - share) * table.shape[(i - 1) * n + k] + share * table.shape[i * n + k];
+    const std::size_t above = std::upper_bound(zs.begin(), zs.end(), z) - zs.begin();
+    const std::size_t first = std::min(above > 0 ? above - 1 : 0, zs.size() - 2) / step * step;
+    double value = 0.0;
+    for (std::size_t i = first; i <= first + step; ++i) {
+      double weight = 1.0;
+      for (std::size_t j = first; j <= first + step; ++j)
+        if (j != i) weight *= (z - zs[j]) / (zs[i] - zs[j]);
+      value += weight * table.shape[i * n + k];
+    }
+    return value;
   }
 
   /// Shape of an added mode at z: piecewise linear through the planes at which it is stated.

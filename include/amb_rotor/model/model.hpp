@@ -26,7 +26,9 @@ struct EffectSetting {
 struct FlexibleModes {
   std::vector<double> mass, stiffness, damping;  ///< n each
   std::vector<double> gyroscopic;                ///< n*n, symmetric
-  std::vector<double> z_m;                       ///< axial positions at which shapes are tabulated
+  /// Within an element a shape is a cubic of z (rotor/shaft_element.hpp): four rows, its ends counted, say all of it.
+  static constexpr std::size_t rows_an_element = 3;
+  std::vector<double> z_m;                       ///< axial positions at which shapes are tabulated: nodes, thirds between
   std::vector<double> shape;                     ///< z_m.size() * n, row by row
 };
 
