@@ -42,6 +42,8 @@ constexpr double out_of_reach = 1.2;
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
 /// Evidence of a leader that leaves nothing from which on candidates out of its reach are not fitted to their end.
 constexpr double beyond_doubt = 1000.0;
+/// Mean square over the noise without contact above which contact waits for a leader beyond doubt.
+constexpr double plainly_off = 1.03;
 /// Iterations at each length of the windows, where a first look has ended astray.
 constexpr int lengthening_iterations = 5, finishing_iterations = 12;
 /// Share of the evidence below which a round's gain ends the rounds.
@@ -82,8 +84,9 @@ bool Leaders::beyondContact(const References& references) const {
   return mostThroughContact(references) < (free_settled ? 1.0 : in_reach) * free;
 }
 
-bool Leaders::waits() const {
-  return contact_waits && free > beyond_doubt;
+bool Leaders::waits(const References& references) const {
+  const FitResult& fit = references.free.fit;
+  return contact_waits && free > beyond_doubt && fit.squares > plainly_off * fit.count;
 }
 
 void Leaders::add(const Trial& trial, const References& references) {
@@ -231,7 +234,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     none.note = "no run to fit holds contact";
     return none;
   }
-  if (contact && leaders.waits()) {
+  if (contact && leaders.waits(references)) {
     none.excited = true;
     none.fit.finite = false;
     none.note = "not valued alone: what the runs without contact lack comes first";

@@ -57,14 +57,14 @@ struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
   bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
   bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
-  bool contact_waits = true;     ///< for a leader beyond doubt: contact explains nothing without contact, and is looked at beside it
+  bool contact_waits = true;     ///< for a leader beyond doubt, where the runs without contact are plainly off
 
   void add(const Trial& trial, const References& references);
   /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
   /// it, the next step tells.
   bool beyondContact(const References& references) const;
   /// Whether candidates through contact wait for the leader.
-  bool waits() const;
+  bool waits(const References& references) const;
   /// Whether candidates through contact need one look only.
   bool settles(const References& references) const { return through_contact || beyondContact(references); }
 };

@@ -143,7 +143,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to, bool contact_may_wa
     trials.push_back(candidates_.look(names_[n], adopted_, references_, leaders));
     leaders.add(trials.back(), references_);
   }
-  contact_waited_ = candidates_.haveContact() && leaders.waits();
+  contact_waited_ = candidates_.haveContact() && leaders.waits(references_);
   candidates_.finish(trials, references_, leaders, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
   progress(from + 0.85 * (to - from), "judging on the runs to validate");
   for (auto& t : trials) {
