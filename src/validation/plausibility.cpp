@@ -30,7 +30,8 @@ std::string text(const char* format, double value) {
 }
 
 /// A command's way to the force: held from its due time on, behind the amplifier's lag.
-std::vector<double> computedCurrent(const Recording& rec, const Model& belief, int axis, long count) {
+/// @param integrate  false: the integrator, whose state at the begin is not known, rests
+std::vector<double> computedCurrent(const Recording& rec, const Model& belief, int axis, long count, bool integrate = false) {
   const auto& controller = belief.rig.controller;
   const Pid<double> pid(belief.rig);
   const Amplifier<double> amplifier(belief.rig);
@@ -46,7 +47,7 @@ std::vector<double> computedCurrent(const Recording& rec, const Model& belief, i
     out.push_back(current);
     for (; next / controller.sample_rate_hz <= time + 0.5 * dt; ++next)
       queue.emplace_back(next / controller.sample_rate_hz + controller.delay_s,
-                         pid.sample(rec.measured[i * predicted_channels + axis], memory, false));
+                         pid.sample(rec.measured[i * predicted_channels + axis], memory, integrate));
     for (; !queue.empty() && queue.front().first <= time + 0.5 * dt; queue.pop_front()) held = queue.front().second;
     current = held + (current - held) * decay;
   }
@@ -96,6 +97,23 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum;
+}
+
+bool isAnotherUnit(double gain) { return gain > unit_factor || gain < 1.0 / unit_factor; }
+
+/// Slope of b over a where a is small: what a limit of b does not touch, and a wrong unit does.
+double slopeWhereSmall(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> size(a.size());
+  std::transform(a.begin(), a.end(), size.begin(), [](double v) { return std::fabs(v); });
+  std::nth_element(size.begin(), size.begin() + size.size() / 2, size.end());
+  const double most = size[size.size() / 2];
+  double both = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (std::fabs(a[i]) <= most) {
+      both += a[i] * b[i];
+      square += a[i] * a[i];
+    }
+  return both / std::max(square, 1e-300);
 }
 
 /// Running mean, without the warm-up and the mean.
@@ -180,6 +198,9 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
       r[d][m] = both / std::max(std::sqrt(square * product(measured[m], measured[m])), 1e-300);
       gain[d][m] = both / std::max(square, 1e-300);
     }
+  const auto integrated = [&](int a) {
+    return smooth(computedCurrent(rec, belief, a, part.count, true), part.width, part.skip);
+  };
   std::array<int, axis_count> other{};
   for (int d = 0; d < axis_count; ++d) {
     other[d] = d;
@@ -209,7 +230,8 @@ std::vector<std::string> channelRemarks(const Recording& rec, const Dataset& dat
     } else if (r[d][d] < -clear) {
       remarks.push_back(own + " has the wrong sign against its control current (correlation " + text("%.2f", r[d][d]) +
                         "): turn the sign of one of them");
-    } else if (r[d][d] > clear && (gain[d][d] > unit_factor || gain[d][d] < 1.0 / unit_factor)) {
+    } else if (r[d][d] > clear && isAnotherUnit(gain[d][d]) && isAnotherUnit(slopeWhereSmall(computed[d], measured[d])) &&
+               isAnotherUnit(slopeWhereSmall(integrated(d), measured[d]))) {
       remarks.push_back(own + " asks for a control current " + text("%.3g", 1.0 / gain[d][d]) + " times the measured one of " +
                         columnOf(dataset, ChannelMeaning::control_current, d) +
                         ": the unit of one of the two columns may be another");
@@ -254,7 +276,7 @@ std::vector<std::string> excitationRemarks(const Recording& rec, const Dataset& 
       remarks.push_back(own + " is found in " + columnOf(dataset, ChannelMeaning::control_current, best) + " (correlation " +
                         text("%.2f", r[best]) + ", in " + current + " " + text("%.2f", r[a]) +
                         "): the channels of these two axes are swapped, of the excitation or of all else");
-    else if (r[a] > alike && (gain > unit_factor || gain < 1.0 / unit_factor))
+    else if (r[a] > alike && isAnotherUnit(gain))
       remarks.push_back(own + " is found in " + current + " " + text("%.3g", gain) +
                         " times as large: the unit of one of the two columns may be another");
   }

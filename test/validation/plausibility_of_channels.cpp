@@ -1,6 +1,7 @@
 // What is wrong with a recording's channels is found, named, and nothing is said of good ones.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -65,6 +66,38 @@ TEST(PlausibilityTest, MixedUnitsAreFoundWithTheirFactor) {
   ASSERT_EQ(remarks.size(), 1u);
   EXPECT_NE(remarks[0].find("ax_um asks for a control current 0.00"), std::string::npos) << remarks[0];
   EXPECT_NE(remarks[0].find("unit"), std::string::npos) << remarks[0];
+}
+
+TEST(PlausibilityTest, ACurrentAtItsLimitIsNoWrongUnit) {
+  // a sine cut at 0.24 of its height goes with the whole one (correlation 0.94) at a gain of 0.30, below a third
+  const auto remarks = said(spoilt("steady_3", [](Recording& rec) {
+    double mean = 0.0, square = 0.0;
+    for (long i = 0; i < rec.samples; ++i) mean += rec.measured[i * predicted_channels + 4] / rec.samples;
+    for (long i = 0; i < rec.samples; ++i) square += std::pow(rec.measured[i * predicted_channels + 4] - mean, 2) / rec.samples;
+    const double limit = 0.24 * std::sqrt(2.0 * square);
+    for (long i = 0; i < rec.samples; ++i) {
+      double& value = rec.measured[i * predicted_channels + 4];
+      value = std::clamp(value, mean - limit, mean + limit);
+    }
+  }));
+  EXPECT_TRUE(remarks.empty()) << remarks.front();
+}
+
+TEST(PlausibilityTest, AnIntegratorThatTakesOverIsNoWrongUnit) {
+  // y = A exp(-t/tau): of the proportional current, ki = 0.7 kp/tau leaves 0.3 to be seen
+  constexpr double settling_s = 0.1, left = 0.3;
+  Dataset dataset = cleanSet().dataset;
+  auto& controller = dataset.belief.rig.controller;
+  controller.ki_A_per_m_s = (1.0 - left) * controller.kp_A_per_m / settling_s;
+  const Recording rec = spoilt("steady_3", [&](Recording& one) {
+    for (long i = 0; i < one.samples; ++i) {
+      const double decay = std::exp(-i / one.run.sample_rate_hz / settling_s);
+      one.measured[i * predicted_channels] = 2e-5 * decay;
+      one.measured[i * predicted_channels + 4] = -2e-5 * controller.kp_A_per_m * (left * decay + 1.0 - left);
+    }
+  });
+  const auto remarks = channelRemarks(rec, dataset);
+  EXPECT_TRUE(remarks.empty()) << remarks.front();
 }
 
 /// The one remark holds these words.
