@@ -82,7 +82,7 @@ class Diagnoser {
   bool strained() const;
   bool structured() const;
   Unexplained lawBeside(const Trial& trial, LawEffort effort = LawEffort::whole) const;
-  bool lawIsPlain();
+  bool lawIsPlain(double share);
   bool lawLeavesLess();
   void standBy(Diagnosis& out);
   double sampledError();
@@ -326,10 +326,12 @@ Unexplained inContactOnly() {
   return out;
 }
 
-/// Whether one term beside the belief alone leaves next to nothing: then no second effect is sought beside the first.
-bool Diagnoser::lawIsPlain() {
+/// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
+/// where no effect earned its place, none that shows in contact only and no pair.
+bool Diagnoser::lawIsPlain(double share) {
   const bool doubted = errors_.validation_error_free > structured_error || leavesMoreThanDetails(begun_, errors_);
-  if (!doubted || needsContact(adopted_.back().id)) return false;
+  if (!doubted || (!adopted_.empty() && needsContact(adopted_.back().id))) return false;
+  progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBeside(first_, LawEffort::plain);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
   law_ = std::move(law);
@@ -423,6 +425,7 @@ Diagnosis Diagnoser::run() {
     std::vector<Trial> trials = screen(from, to, true);
     if (step == 0) rank(trials, out);
     const Trial* chosen = adoptBest(trials, to, out);
+    if (chosen == nullptr && step == 0 && lawIsPlain(to)) break;
     if (chosen == nullptr && contact_waited_) {  // in vain
       trials = screen(from, to, false);
       if (step == 0) rank(trials, out);
@@ -442,7 +445,7 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out)) {
     }
-    if ((clean() && errors_.validation_error_free < nothing_left && !strained()) || (step == 0 && !adopted_.empty() && lawIsPlain())) break;
+    if ((clean() && errors_.validation_error_free < nothing_left && !strained()) || (step == 0 && !adopted_.empty() && lawIsPlain(to))) break;
     if (step > 0 && lawLeavesLess()) break;  // a third would only bend further
   }
   const bool stand_by = !out.steps.empty() && lawLeavesLess();
@@ -452,7 +455,9 @@ Diagnosis Diagnoser::run() {
   if (stand_by || structured()) {
     out.verdict = "unknown";
     if (out.unexplained.terms.empty())
-      out.unexplained = errors_.validation_error_free > structured_error ? lawBeside(joint_) : inContactOnly();
+      out.unexplained = errors_.validation_error_free <= structured_error ? inContactOnly()
+                        : law_ && adopted_.empty()                        ? *law_
+                                                                          : lawBeside(joint_);
   } else {
     out.verdict = out.steps.empty() ? "none" : "effect";
   }

@@ -24,6 +24,34 @@ constexpr int most_angle_searches = 2;
 /// Of a run so much is searched within a fit [s], which moves the angle further; to judge, all of it.
 constexpr double angle_search_s = 0.3;
 
+/// Mean square of a residual over the noise above which a machine that is not linear may have settled elsewhere than the rig.
+constexpr double far_off = 4.0;
+/// Share of the sum of squares that must be left where the run-in begins at the other end.
+constexpr double much_less = 0.5;
+
+/// Where a run's prediction begins: settled from rest, or from the motion that was measured at its begin. A motion that bends
+/// its own resonance can settle in more than one place.
+class Beginning {
+ public:
+  Beginning(const Recording& rec, const Model& model, const Stretch& stretch, bool from_motion) : stretch_(stretch) {
+    if (!from_motion) return;
+    const double speed = std::fabs(rec.path != nullptr ? rec.path->at(0.0).speed : rec.speed_rad_s);
+    if (speed > 0.0) stretch_.settle_s = std::ceil(stretch.settle_s * speed / two_pi) * two_pi / speed;
+    motion_ = stateFromMeasurement(rec, model, stretch.spin, 0);
+    moving_ = true;
+  }
+  static bool canMove(const Recording& rec) {
+    return std::all_of(rec.noise.begin(), rec.noise.begin() + 4, [](double noise) { return noise > 0.0; });
+  }
+  const Stretch& stretch() const { return stretch_; }
+  const MachineState<double>* motion() const { return moving_ ? &motion_ : nullptr; }
+
+ private:
+  Stretch stretch_;
+  MachineState<double> motion_;
+  bool moving_ = false;
+};
+
 /// Sum of squares over the noise of the first `samples`, with the best constant offset of each displacement channel
 /// within its prior.
 double sumOfSquares(const Recording& rec, long samples, const std::vector<double>& out, double offset_std) {
@@ -42,6 +70,20 @@ double sumOfSquares(const Recording& rec, long samples, const std::vector<double
   return sum;
 }
 
+/// Whether the prediction comes much nearer where it begins at the other end than it did in `base`.
+bool beginsElsewhere(const Recording& rec, const Stretch& stretch, bool from_motion, LaneJob job,
+                     const std::vector<double>& base, double offset_std) {
+  if (!Beginning::canMove(rec) || predictsExactly(stretch, *job.model)) return false;
+  const Beginning other(rec, *job.model, stretch, !from_motion);
+  std::vector<double> out(static_cast<std::size_t>(rec.samples) * predicted_channels);
+  job.out = out.data();
+  job.settle_from = other.motion();
+  std::vector<LaneJob> jobs = {job};
+  predict(other.stretch(), jobs);
+  return jobs[0].finite &&
+         sumOfSquares(rec, rec.samples, out, offset_std) < much_less * sumOfSquares(rec, rec.samples, base, offset_std);
+}
+
 }  // namespace
 
 NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const std::vector<int>& moved,
@@ -56,7 +98,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   Stretch stretch = stretchOf(rec, models[0]);
   // when the model has moved, and where it counts; never shorter, or two evaluations would differ by it
   const int evaluation = local.evaluations++;
-  if (local.run_in_s == 0.0 || evaluation == 2 || evaluation == 8 || options.thorough)
+  const bool looked_at = evaluation == 0 || evaluation == 2 || evaluation == 8 || options.thorough;
+  if (looked_at)
     local.run_in_s = std::max(local.run_in_s, settledRunIn(rec, models[0], stretch, local.angle_rad));
   stretch.settle_s = std::max(stretch.settle_s, local.run_in_s);
   const long n = rec.samples;
@@ -103,12 +146,16 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     jobs.back().angle0_rad += local.turning_rad + more_angle - (local.turning_rad_s + more_speed) * rec.first_turns_s;
   };
   for (int k = 0; k < lanes; ++k) add(models[k], 0.0, 0.0);
+  const Beginning beginning(rec, models[0], stretch, local.from_motion);
   const double speed_step = angle_step_rad / rec.duration();
   if (angle || turning) add(models[0], angle_step_rad, 0.0);
   if (turning) add(models[0], 0.0, speed_step);
   std::vector<double> outs(width * jobs.size());
-  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = outs.data() + k * width;
-  predict(stretch, jobs);
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    jobs[k].out = outs.data() + k * width;
+    jobs[k].settle_from = beginning.motion();
+  }
+  predict(beginning.stretch(), jobs);
   for (const auto& job : jobs) normal.finite = normal.finite && job.finite;
   result.finite = jobs[0].finite;
   if (!normal.finite) {
@@ -211,6 +258,19 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     normal.h(moved, moved) = gram;
     normal.g(moved) = right;
   }
+  normal.count = count;
+  // what is left of the residual itself, the local unknowns' priors apart
+  double left = squares;
+  if (local_size > 0) {
+    const Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
+    left = squares - 2.0 * right.tail(local_size).dot(solved) + solved.dot(own * solved);
+  }
+  result.mean_square = left / count;
+  if (looked_at && result.mean_square > far_off &&
+      beginsElsewhere(rec, stretch, local.from_motion, jobs[0], outs, offset_std_)) {
+    local.from_motion = !local.from_motion;
+    return evaluateFree(given, moved, rec, local, options, result);
+  }
   if (angle) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
   if (turning) {
     local.turning_rad += solved[0];
@@ -220,17 +280,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     local.offset_m[a] = solved[la + a];
     local.drift_m[a] = solved[la + 4 + a];
   }
-  normal.count = count;
-  // what is left of the residual itself, the local unknowns' priors apart
-  double left = squares;
-  if (local_size > 0) {
-    const Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
-    left = squares - 2.0 * right.tail(local_size).dot(solved) + solved.dot(own * solved);
-  }
   normal.squares = left;
   away += solved;
   normal.chi2 = left + away.dot(weights.cwiseProduct(away));
-  result.mean_square = left / count;
   for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
     Eigen::VectorXd taken = Eigen::VectorXd::Zero(dense + 3);  // of the columns; the residual itself is the last

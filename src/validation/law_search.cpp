@@ -1,5 +1,7 @@
 #include "law_search.hpp"
 
+#include "path_forces.hpp"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -30,6 +32,9 @@ constexpr int glance_iterations = 2, refining_iterations = 5;
 constexpr std::size_t finalists = 3;
 /// Terms that a law may have.
 constexpr std::size_t most_terms = 3;
+/// Rounds along the measured path; what is left out of the begin of a run, in which the force sets in.
+constexpr int path_rounds = 3;
+constexpr double begin_left_out_s = 0.1, begin_left_out_share = 0.2;
 /// Prior standard deviations by which a nuisance counts as pulled away.
 constexpr double far_from_belief = 1.0;
 
@@ -55,6 +60,7 @@ LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& beli
       offset_std_(offset_std_m),
       bare_(belief, adopted),
       space_(belief, withLaw(adopted, frequency_hz)),
+      frequency_hz_(frequency_hz),
       problem_(recordings, space_, offset_std_m) {
   first_ = space_.size() - effects::ForceLaw::term_count;
   const auto& parameters = effectCatalogue().find("force_law")->parameters;
@@ -95,13 +101,106 @@ bool LawSearch::linearise(const Eigen::VectorXd& x, std::vector<LocalState>& loc
   sum.add(still);
   h = sum.h;
   g = sum.g + sum.h * (x - space_.start());
+  priors(h, g);
+  return sum.finite;
+}
+
+void LawSearch::priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const {
   for (int k = 0; k < space_.nuisances(); ++k) {
     const Coordinate& c = space_.coordinates()[k];
     const double weight = 1.0 / (c.prior_std * c.prior_std);
     h(k, k) += weight;
     g[k] += weight * (c.prior_mean - space_.start()[k]);
   }
-  return sum.finite;
+}
+
+/// As linearise(), where no term acts, with the terms' forces along the measured path.
+void LawSearch::followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h,
+                           Eigen::VectorXd& g) const {
+  const StartScreen screen(recordings_, fit_, bare_, x.head(first_), local, offset_std_);
+  const Model model = bare_.model(x.head(first_));
+  std::vector<EffectSetting> forces;
+  for (const int k : library_) {
+    forces.push_back(withLaw({}, frequency_hz_).back());
+    forces.back().values[k - first_] = space_.coordinates()[k].scale;
+  }
+  double from_s = begin_left_out_s;
+  for (const int r : fit_) from_s = std::min(from_s, begin_left_out_share * recordings_[r].duration());
+  const int terms = static_cast<int>(library_.size());
+  const Eigen::MatrixXd all = screen.products(terms, [&](const ReferenceRun& run) {
+    auto changes = responsesAlongPath(run, model, forces);
+    for (int t = 0; t < terms && run.recording.standstill; ++t)
+      if (effects::ForceLaw::readsAngle(library_[t] - first_)) changes[t].clear();
+    return changes;
+  }, from_s);
+  std::vector<int> place = base_;
+  place.insert(place.end(), library_.begin(), library_.end());
+  const auto column = [&](int i) { return i < first_ ? i : i + 1; };  // the residual stands between
+  const auto scale = [&](int i) { return i < first_ ? 1.0 : space_.coordinates()[place[i]].scale; };
+  h = Eigen::MatrixXd::Zero(space_.size(), space_.size());
+  g = Eigen::VectorXd::Zero(space_.size());
+  for (int i = 0; i < static_cast<int>(place.size()); ++i) {
+    g[place[i]] = all(column(i), first_) / scale(i);
+    for (int j = 0; j < static_cast<int>(place.size()); ++j)
+      h(place[i], place[j]) = all(column(i), column(j)) / (scale(i) * scale(j));
+  }
+  g += h * (x - space_.start());
+  priors(h, g);
+}
+
+/// Laws of one to three terms by their forces along the measured path, the nuisance led by the best of them: that law, what
+/// it has of each set of quantities and the best of that set alone, and the best of one term and of two.
+LawSearch::AlongPath LawSearch::alongPath(const Hypothesis& about, const Stakes& stakes) const {
+  AlongPath out;
+  Eigen::VectorXd x = about.x;
+  x.tail(space_.size() - first_).setZero();
+  Eigen::MatrixXd h;
+  Eigen::VectorXd g;
+  const auto solved = [&](const std::vector<int>& terms) {
+    std::vector<int> free = base_;
+    free.insert(free.end(), terms.begin(), terms.end());
+    const Eigen::VectorXd goal = solveFor(h, g, free);
+    Eigen::VectorXd at = space_.start();
+    for (std::size_t i = 0; i < free.size(); ++i) at[free[i]] += goal[static_cast<long>(i)];
+    return space_.clamped(at);
+  };
+  TermChoice best;
+  for (int round = 0; round < path_rounds; ++round) {
+    followPath(x, about.local, h, g);
+    const std::vector<int> before = best.terms;
+    best = bestTerms(h, g, base_, library_, quantities_, stakes.least, stakes.tie, most_terms);
+    out.promised = best.drop;
+    if (best.terms.empty()) return out;
+    if (best.terms == before) break;
+    x = solved(best.terms);
+    x.tail(space_.size() - first_).setZero();
+  }
+  const auto add = [&](std::vector<int> terms) {
+    std::sort(terms.begin(), terms.end());
+    if (terms.empty() || std::any_of(out.laws.begin(), out.laws.end(), [&](const Hypothesis& o) { return o.terms == terms; })) return;
+    Hypothesis one;
+    one.x = solved(terms);
+    one.terms = std::move(terms);
+    one.local = about.local;
+    out.laws.push_back(std::move(one));
+  };
+  add(best.terms);
+  for (const int term : best.terms) {
+    std::vector<int> own, alike;
+    std::vector<unsigned> of_these;
+    for (const int k : best.terms)
+      if (quantitiesIn({k}) == quantitiesIn({term})) own.push_back(k);
+    add(own);
+    for (std::size_t i = 0; i < library_.size(); ++i)
+      if (quantities_[i] == quantitiesIn({term})) {
+        alike.push_back(library_[i]);
+        of_these.push_back(quantities_[i]);
+      }
+    add(bestTerms(h, g, base_, alike, of_these, stakes.least, stakes.tie, most_terms).terms);
+  }
+  for (const TermChoice& one : bestSubsets(h, g, base_, library_, 1, first_singles)) add(one.terms);
+  for (const TermChoice& two : bestSubsets(h, g, base_, library_, 2, first_pairs)) add(two.terms);
+  return out;
 }
 
 double LawSearch::chi2(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
@@ -173,6 +272,7 @@ std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singl
 void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) const {
   tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
     Hypothesis& one = these[i];
+    for (auto& local : one.local) local.evaluations = 0;  // of another machine
     FitOptions options;
     options.most_iterations = iterations;
     options.covariance = false;
@@ -254,22 +354,49 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
 Hypothesis LawSearch::plain(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
                             double count) const {
   const Stakes stakes(before, count);
+  const Hypothesis none = without(at, local, before);
+  return plainAmong(alongPath(believed(none), stakes), none, stakes);
+}
+
+Hypothesis LawSearch::without(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double chi2) const {
   Hypothesis none;
   none.x = at;
   none.local = local;
-  none.chi2 = before;
-  Hypothesis believed = none;
-  believed.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
-  std::vector<Hypothesis> these = screened(believed);
-  if (!space_.farFromBelief(at, far_from_belief).empty())
-    for (auto& one : screened(none)) these.push_back(std::move(one));
+  none.chi2 = chi2;
+  return none;
+}
+
+Hypothesis LawSearch::believed(const Hypothesis& about) const {
+  Hypothesis out = about;
+  out.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
+  return out;
+}
+
+Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) const {
+  std::vector<Hypothesis> these;
   const auto fitted = [&] {
     refine(these, glance_iterations);
     these.resize(std::min(these.size(), plain_finalists));
     refine(these, refining_iterations);
   };
+  for (const Hypothesis& law : along.laws)
+    if (quantitiesIn(law.terms) == quantitiesIn({law.terms[0]})) these.push_back(law);
   fitted();
-  if (these.empty() || before - these[0].chi2 < related_share * (before - count)) return none;
+  if (!these.empty() && stakes.nothingLeft(chosen(these, stakes).chi2)) {
+    const Hypothesis law = chosen(these, stakes);
+    if (law.terms.size() == 1) return law;
+    these = contenders(law, 0, 0, stakes, first_singles);  // several may make up one that stands out near the right motion
+    fitted();
+    these.push_back(law);
+    return chosen(these, stakes);
+  }
+  const double excess = none.chi2 - stakes.count;
+  if (!along.laws.empty() && along.promised < related_share * excess) return none;
+  these = screened(believed(none));
+  if (!space_.farFromBelief(none.x, far_from_belief).empty())
+    for (auto& one : screened(none)) these.push_back(std::move(one));
+  fitted();
+  if (these.empty() || none.chi2 - these[0].chi2 < related_share * excess) return none;
   // a relative of the right term: the motion is about right there, so what is linear about it tells others apart
   const Hypothesis relative = these[0];
   these = contenders(relative, 0, 0, stakes, first_singles);
@@ -282,14 +409,14 @@ Hypothesis LawSearch::plain(const Eigen::VectorXd& at, const std::vector<LocalSt
 Hypothesis LawSearch::best(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
                            double count) const {
   const Stakes stakes(before, count);
-  Hypothesis stands = plain(at, local, before, count);
+  const Hypothesis none = without(at, local, before);
+  const AlongPath along = alongPath(believed(none), stakes);
+  Hypothesis stands = plainAmong(along, none, stakes);
   if (!stands.terms.empty()) return stands;
   std::vector<Hypothesis> these = contenders(stands, first_singles, first_pairs, stakes);
-  if (!space_.farFromBelief(at, far_from_belief).empty()) {  // also from the belief: what is missing may have pulled the nuisance away
-    Hypothesis believed = stands;
-    believed.x.head(space_.nuisances()) = space_.start().head(space_.nuisances());
-    for (auto& one : contenders(believed, first_singles, first_pairs, stakes)) these.push_back(std::move(one));
-  }
+  if (!space_.farFromBelief(at, far_from_belief).empty())  // also from the belief: what is missing may have pulled the nuisance away
+    for (auto& one : contenders(believed(stands), first_singles, first_pairs, stakes)) these.push_back(std::move(one));
+  these.insert(these.end(), along.laws.begin(), along.laws.end());
   for (;;) {
     refine(these, glance_iterations);
     if (these.size() > finalists) these.resize(finalists);

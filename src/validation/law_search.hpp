@@ -44,8 +44,8 @@ class LawSearch {
   /// Sum of squares with the nuisance's priors; 1e300: not finite.
   double chi2(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local, double* count) const;
 
-  /// The one term that explains all but what a further one could earn, at the adopted effects' numbers of `at`, from its
-  /// nuisance and from the believed one; no term: none does. Cheaper than best().
+  /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
+  /// effects' numbers of `at`, from its nuisance and from the believed one; no term: none does. Cheaper than best().
   Hypothesis plain(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count) const;
 
   /// The best law: plain() where that is one. @param at the model as it stands, without a law; `before` its chi2, `count` of how many residuals
@@ -61,6 +61,17 @@ class LawSearch {
   };
 
   bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  void priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  void followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  /// Laws by the forces along the measured path, not fitted yet, and by how much the best lowers chi2 there.
+  struct AlongPath {
+    std::vector<Hypothesis> laws;
+    double promised = 0.0;
+  };
+  AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
+  Hypothesis without(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double chi2) const;
+  Hypothesis believed(const Hypothesis& about) const;
+  Hypothesis plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) const;
   std::vector<Hypothesis> contenders(const Hypothesis& about, int singles, int pairs, const Stakes& stakes,
                                      int instead = 0) const;
   void refine(std::vector<Hypothesis>& these, int iterations) const;
@@ -74,6 +85,7 @@ class LawSearch {
   double offset_std_;
   FitSpace bare_, space_;  ///< without the law, and with it
   int first_ = 0;
+  double frequency_hz_;
   FitProblem problem_;
   std::vector<int> base_, library_, fit_, still_, turning_, held_out_;
   std::vector<unsigned> quantities_;  ///< that each of the library depends on, as bits

@@ -97,6 +97,12 @@ void predict(const Stretch& stretch, std::vector<LaneJob>& jobs) {
   predictOnce(at_once, jobs);
 }
 
+bool predictsExactly(const Stretch& stretch, const Model& model) {
+  LaneJob job;
+  job.model = &model;
+  return choice().linear(stretch, &job, 1);
+}
+
 int predictionLanes() { return choice().lanes; }
 const char* predictionInstructionSet() { return choice().name; }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "amb_rotor/common/linear_algebra.hpp"
@@ -81,32 +82,26 @@ FrozenColumns StartScreen::directions() const {
   return out;
 }
 
-std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
-  const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
+Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double from_s) const {
+  const int p = static_cast<int>(prior_weight_.size()), s = count;
   const int size = p + 1 + s;
   std::vector<Eigen::MatrixXd> grams(parts_.size(), Eigen::MatrixXd::Zero(size, size));
-  std::vector<std::vector<bool>> finite(parts_.size());
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) {
     const Part& part = parts_[n];
     const Recording& rec = recordings_[part.recording];
-    if (rec.standstill && !standstill) {
-      finite[n].assign(s, true);
-      return;
-    }
-    const auto outs = predictions(rec, starts, part.angle_rad, part.run_in_s, finite[n]);
+    const auto outs = changes({rec, part.angle_rad, part.run_in_s, part.predicted});
     constexpr long block = 256;
     Eigen::MatrixXd columns(block, size + 2);  // and 1, t of one channel
     for (int c = 0; c < predicted_channels; ++c) {
       if (rec.noise[c] <= 0.0) continue;
       const double weight = 1.0 / rec.noise[c];
       Eigen::MatrixXd small = Eigen::MatrixXd::Zero(size + 2, size + 2);
-      for (long from = 0; from < rec.samples; from += block) {
+      for (long from = std::lround(from_s * rec.run.sample_rate_hz); from < rec.samples; from += block) {
         const long rows = std::min(block, rec.samples - from);
         for (long i = 0; i < rows; ++i) {
           const long at = (from + i) * predicted_channels + c;
           columns.row(i).head(p + 1) = part.columns.row(at).cast<double>();
-          for (int k = 0; k < s; ++k)
-            columns(i, p + 1 + k) = finite[n][k] ? (outs[k][at] - part.predicted[at]) * weight : 0.0;
+          for (int k = 0; k < s; ++k) columns(i, p + 1 + k) = outs[k].empty() ? 0.0 : outs[k][at] * weight;
           columns(i, size) = weight;
           columns(i, size + 1) = weight * (static_cast<double>(from + i) / rec.samples - 0.5);
         }
@@ -123,14 +118,33 @@ std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool
   });
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
   for (const auto& part : grams) gram += part;
+  return gram;
+}
+
+std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
+  const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
+  std::vector<std::atomic<bool>> lost(starts.size());
+  const Eigen::MatrixXd gram = products(s, [&](const ReferenceRun& run) {
+    std::vector<std::vector<double>> outs(starts.size());
+    if (run.recording.standstill && !standstill) return outs;
+    std::vector<bool> finite;
+    outs = predictions(run.recording, starts, run.angle_rad, run.run_in_s, finite);
+    for (std::size_t k = 0; k < outs.size(); ++k) {
+      if (!finite[k]) {
+        lost[k] = true;
+        outs[k].clear();
+      }
+      for (std::size_t at = 0; at < outs[k].size(); ++at) outs[k][at] -= run.predicted[at];
+    }
+    return outs;
+  });
   Eigen::MatrixXd nuisance = gram.topLeftCorner(p, p);
   nuisance.diagonal() += prior_weight_;
   const Ldlt factor(nuisance);
   const Eigen::VectorXd pull = gram.col(p).head(p) + prior_pull_;
   std::vector<StartGain> out;
   for (int k = 0; k < s; ++k) {
-    const bool kept = std::all_of(finite.begin(), finite.end(), [&](const std::vector<bool>& f) { return f[k]; });
-    if (!kept) {
+    if (lost[k]) {
       out.emplace_back();
       continue;
     }

@@ -117,7 +117,8 @@ Unexplained searchUnexplained(const std::vector<Recording>& recordings, const Fi
   const double before = search.chi2(at, search.fitted(), own, &count);
   const double excess = std::max(1.0, before - count);
   const Hypothesis law = effort == LawEffort::plain ? search.plain(at, own, before, count) : search.best(at, own, before, count);
-  if (effort == LawEffort::plain && (law.terms.empty() || effects::ForceLaw::alsoInCatalogue(law.terms[0] - search.first()))) return out;
+  const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
+  if (effort == LawEffort::plain && (law.terms.empty() || std::any_of(law.terms.begin(), law.terms.end(), inCatalogue))) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
   const std::vector<int>& terms = law.terms;
   const double line_share =

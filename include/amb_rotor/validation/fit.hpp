@@ -51,6 +51,7 @@ struct LocalState {
   double turning_rad = 0.0, turning_rad_s = 0.0;  ///< added to angle (at Recording::first_turns_s) and constant speed
   int evaluations = 0;                   ///< without contact, so far
   double run_in_s = 0.0;                 ///< the longest that one of them has needed
+  bool from_motion = false;              ///< the run-in begins at the measured motion, where that comes much nearer than from rest
   std::vector<MachineState<double>> window_start;  ///< of each window; without mechanics: not yet
   std::vector<std::array<double, 2>> window_ring;  ///< rings' speeds beyond those that the window before led to [rad/s]
   std::vector<Eigen::MatrixXd> window_response;    ///< how it moves with the coordinates, about those of the start

@@ -38,6 +38,9 @@ struct LaneJob {
   double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
   double drift_m_per_s[4] = {0, 0, 0, 0};
   const MachineState<double>* start = nullptr;  ///< at instant `first`; null: settled at t = 0 (first must be 0)
+  /// Where there is no starting state: a motion from which the run-in begins instead of from rest, at the shaft's angle of
+  /// instant `first`; settle_s is whole turns then. Of several motions that a machine can settle in it tells the one.
+  const MachineState<double>* settle_from = nullptr;
   const double* start_change = nullptr;     ///< added to the starting mechanics, 4 currents, 4 integrators; null: none
   double* out = nullptr;                    ///< (last - first) * predicted_channels, instant by instant
   MachineState<double>* end = nullptr;      ///< state at instant `last`, where asked for
@@ -51,6 +54,9 @@ Model calmed(const Model& model);
 /// Predicts all lanes (from rest, where the way over a calmed model loses one of them); serial (callers spread stretches over
 /// threads). Uses the widest instruction set there is, none where it goes by events.
 void predict(const Stretch& stretch, std::vector<LaneJob>& jobs);
+
+/// Whether a stretch out of contact is predicted exactly: a model whose motion is linear.
+bool predictsExactly(const Stretch& stretch, const Model& model);
 
 /// Lanes of a pack on this machine, and its name.
 int predictionLanes();

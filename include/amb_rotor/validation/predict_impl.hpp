@@ -107,6 +107,20 @@ Machine<S> packMachine(const Stretch& stretch, const LaneJob* jobs, std::size_t 
   return Machine<S>(models, stretch.spin);
 }
 
+/// Puts a lane's mechanics but for its spin, its currents and what the controller remembers of its signals into a state.
+template <class S>
+void takeMotion(const MachineState<double>& from, Spin spin, std::size_t lane, MachineState<S>& state) {
+  const std::size_t spin_states = spin == Spin::prescribed ? 0 : 2;
+  AMB_ROTOR_CHECK(from.mechanics.size() == state.mechanics.size(), "the motion is one of this machine");
+  for (std::size_t i = 0; i + spin_states < from.mechanics.size(); ++i) setLane(state.mechanics[i], lane, from.mechanics[i]);
+  for (int a = 0; a < 4; ++a) {
+    setLane(state.current[a], lane, from.current[a]);
+    setLane(state.command[a], lane, from.command[a]);
+    setLane(state.controller[a].previous_signal, lane, from.controller[a].previous_signal);
+    setLane(state.controller[a].derivative, lane, from.controller[a].derivative);
+  }
+}
+
 /// One pack: jobs [from, from + lanes).
 template <class S, class Steps = FixedSteps<S>>
 void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
@@ -143,7 +157,12 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     before.settleLags(stretch.settle_s);
     const double begin = start_time - std::ceil(stretch.settle_s * rate) / rate;
     state = before.atRest(begin - std::ceil(stretch.calm_s * rate) / rate);
-    if (stretch.calm_s > 0.0) {
+    const bool moving = jobs[0].settle_from != nullptr;
+    if (moving) {
+      state = before.atRest(begin);
+      for (std::size_t l = 0; l < count; ++l) takeMotion(*jobs[l].settle_from, machine.spin(), l, state);
+    }
+    if (stretch.calm_s > 0.0 && !moving) {
       std::vector<Model> calm;
       for (const Model* model : models) calm.push_back(calmed(*model));
       std::vector<const Model*> these;

@@ -7,11 +7,20 @@
 //   gain = (D'r)^2/(2 D'D),  a = D'r/D'D
 // from half the sum of squares. Left out: that N's own directions change with the effect, and its strength beyond a.
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "amb_rotor/validation/fit.hpp"
 
 namespace amb_rotor {
+
+/// A recording without contact at the reference.
+struct ReferenceRun {
+  const Recording& recording;
+  double angle_rad;  ///< at standstill
+  double run_in_s;   ///< that the point needs, see settledRunIn()
+  const std::vector<double>& predicted;  ///< without offset and drift; samples * predicted_channels
+};
 
 struct StartGain {
   double gain = -1.0;
@@ -33,6 +42,13 @@ class StartScreen {
   /// @param standstill    whether runs at standstill count: not where the effect knows the shaft's angle
   /// @return for each; a gain of -1: its prediction did not stay finite
   std::vector<StartGain> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
+
+  /// Changes of a run's predicted channels, each of samples * predicted_channels or empty: none there.
+  using Changes = std::function<std::vector<std::vector<double>>(const ReferenceRun&)>;
+  /// Products, over all runs, of the columns nuisance, residual, then `count` changes, over the noise and with the runs'
+  /// offsets and drifts eliminated; without the nuisance's priors.
+  /// @param from_s  instants before it do not count
+  Eigen::MatrixXd products(int count, const Changes& changes, double from_s = 0.0) const;
 
   /// The nuisance's directions about the reference, for fits of more effects beside it; valid while this lives.
   FrozenColumns directions() const;

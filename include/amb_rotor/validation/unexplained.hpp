@@ -6,8 +6,8 @@
 
 namespace amb_rotor {
 
-/// How far a search goes: `plain` looks for one term alone that explains all and that no effect of the catalogue has, and
-/// leaves the terms empty where there is none.
+/// How far a search goes: `plain` looks for one term alone, or a few of one set of quantities, that explain all and that
+/// no effect of the catalogue has, and leaves the terms empty where there are none.
 enum class LawEffort { plain, whole };
 
 Unexplained searchUnexplained(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,

@@ -1,0 +1,139 @@
+#include "path_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/effects/all.hpp"
+#include "amb_rotor/magnetic_bearing/amplifier.hpp"
+#include "amb_rotor/validation/stretches.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr long half_width = 4;  // instants to each side of a parabola's middle
+constexpr double away_from_zero = 1e-30;
+
+/// Places, velocities, currents and shaft of a run, instant by instant, both ends.
+struct Path {
+  std::vector<Vec2<double>> position[2], velocity[2], current[2];
+  std::vector<Shaft<double>> shaft;
+};
+
+/// Value and slope [1/instant] of the parabola about an instant; at the ends of a run the first and last that are whole.
+void parabolaAt(const std::vector<double>& rows, long samples, int channel, long at, double& value, double& slope) {
+  const long middle = std::clamp(at, half_width, samples - 1 - half_width);
+  constexpr double n = 2 * half_width + 1, s2 = 60.0, s4 = 708.0;  // sums of 1, j^2, j^4 over -4 .. 4
+  double sum = 0.0, first = 0.0, second = 0.0;
+  for (long j = -half_width; j <= half_width; ++j) {
+    const double y = rows[(middle + j) * predicted_channels + channel];
+    sum += y;
+    first += j * y;
+    second += static_cast<double>(j * j) * y;
+  }
+  const double bend = (n * second - s2 * sum) / (n * s4 - s2 * s2), level = (sum - bend * s2) / n;
+  const double x = static_cast<double>(at - middle);
+  value = level + first / s2 * x + bend * x * x;
+  slope = first / s2 + 2.0 * bend * x;
+}
+
+Path measuredPath(const ReferenceRun& run, const Model& model) {
+  const Recording& rec = run.recording;
+  const auto& planes = model.rig.planes;
+  Path out;
+  for (int end = 0; end < 2; ++end)
+    for (auto* of : {&out.position[end], &out.velocity[end], &out.current[end]}) of->resize(rec.samples);
+  for (long i = 0; i < rec.samples; ++i) {
+    double value[4], slope[4];
+    for (int c = 0; c < 4; ++c) {
+      parabolaAt(rec.measured, rec.samples, c, i, value[c], slope[c]);
+      slope[c] *= rec.run.sample_rate_hz;
+    }
+    for (int end = 0; end < 2; ++end) {
+      const double share = (planes.amb[end] - planes.sensor[0]) / (planes.sensor[1] - planes.sensor[0]);
+      const auto at = [&](const double* of) {
+        return Vec2<double>{of[0] + share * (of[2] - of[0]), of[1] + share * (of[3] - of[1])};
+      };
+      out.position[end][i] = at(value);
+      out.velocity[end][i] = at(slope);
+      const auto current = [&](int c) {
+        return (rec.noise[c] > 0.0 ? rec.measured : run.predicted)[i * predicted_channels + c];
+      };
+      out.current[end][i] = {current(4 + 2 * end), current(5 + 2 * end)};
+    }
+    const double time = i / rec.run.sample_rate_hz;
+    const ShaftInstant shaft = rec.standstill ? ShaftInstant{run.angle_rad, 0.0, 0.0} : shaftAt(rec, model, time);
+    out.shaft.push_back(Shaft<double>::at(shaft.angle, shaft.speed, 0.0));
+    out.shaft.back().time = time;
+  }
+  return out;
+}
+
+/// A force of both axes of both ends at each instant [N].
+std::vector<double> alongPath(const Path& path, const Model& model, const EffectSetting& force) {
+  const auto physics = effects::makePhysics<double>(force.id, force.values);
+  std::vector<double> out(path.shaft.size() * 4);
+  for (std::size_t i = 0; i < path.shaft.size(); ++i)
+    for (int end = 0; end < 2; ++end) {
+      const BearingSite<double> site{&model.rig,          &path.shaft[i],       end, path.position[end][i], path.velocity[end][i],
+                                     path.current[end][i], model.rig.amb.displacement_stiffness_N_per_m};
+      Vec2<double> f;
+      physics->bearingForce(site, f);
+      out[4 * i + 2 * end] = f.x;
+      out[4 * i + 2 * end + 1] = f.y;
+    }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> responsesAlongPath(const ReferenceRun& run, const Model& model,
+                                                    const std::vector<EffectSetting>& forces) {
+  const Recording& rec = run.recording;
+  std::vector<std::vector<double>> out(forces.size());
+  for (int c = 0; c < 4; ++c)
+    if (!(rec.noise[c] > 0.0)) return out;
+  if (rec.samples < 2 * half_width + 1 || model.rig.planes.sensor[0] == model.rig.planes.sensor[1]) return out;
+  const Path path = measuredPath(run, model);
+  const Amplifier<double> amplifier(model.rig);
+  const double rate = rec.run.sample_rate_hz, decay = amplifier.decay(1.0 / rate);
+  const double lag = rate / amplifier.rate();  // in instants
+  const Model whole = withTrialWeights({model}, rec)[0];
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    const std::vector<double> force = alongPath(path, model, forces[k]);
+    HeldExcitation drive = rec.excitation;
+    drive.rate_hz = rate;
+    std::vector<double> change(rec.samples * predicted_channels), lagged(rec.samples * 4);
+    double most = 0.0;
+    for (int a = 0; a < 4; ++a) {
+      drive.axis[a].resize(rec.samples, 0.0);
+      double behind = 0.0;
+      for (long i = 0; i < rec.samples; ++i) {
+        // amid the time for which it is held, and F + lag F': what the lag makes F of
+        const double now = force[4 * i + a], next = force[4 * std::min(i + 1, rec.samples - 1) + a];
+        const double current = (0.5 * (now + next) + lag * (next - now)) / model.rig.amb.current_stiffness_N_per_A;
+        most = std::max(most, std::fabs(current));
+        drive.axis[a][i] += current;
+        lagged[4 * i + a] = behind;
+        behind = current + (behind - current) * decay;
+      }
+    }
+    if (!(most > away_from_zero)) continue;
+    Stretch stretch = stretchOf(rec, whole);
+    stretch.settle_s = std::max(stretch.settle_s, run.run_in_s);
+    stretch.excitation = &drive;
+    std::vector<LaneJob> jobs = {jobOf(rec, whole, run.angle_rad)};
+    jobs[0].out = change.data();
+    predict(stretch, jobs);
+    if (!jobs[0].finite) continue;
+    for (long i = 0; i < rec.samples; ++i)
+      for (int c = 0; c < predicted_channels; ++c) {
+        double& own = change[i * predicted_channels + c];
+        own -= run.predicted[i * predicted_channels + c];
+        if (c >= 4) own -= lagged[4 * i + c - 4];  // the force is no current
+      }
+    out[k] = std::move(change);
+  }
+  return out;
+}
+
+}  // namespace amb_rotor
