@@ -28,6 +28,20 @@ TEST(RankingTest, TheExcessIsWhatIsAboveTheNoise) {
   EXPECT_EQ(excessWithoutContact(errorsOf(-1.0, 3.0)), 0.0) << "no such runs";
 }
 
+TEST(RankingTest, WhatShowsInTheRunsToFitMostlyNeedsLittleOfTheOthers) {
+  const auto both = [](double fit, double held_out) {
+    CandidateErrors errors = errorsOf(held_out);
+    errors.fit_error = fit;
+    return errors;
+  };
+  // one run of nine to fit at its current limit, hardly one of those to validate
+  EXPECT_TRUE(bornOut(both(1.0256, 1.0037), both(1.0018, 1.0023), true));
+  EXPECT_FALSE(bornOut(both(1.0256, 1.0037), both(1.0140, 1.0023), true)) << "half of what the runs to fit leave";
+  EXPECT_FALSE(bornOut(both(1.0090, 1.0037), both(1.0001, 1.0023), true)) << "little is wrong in the runs to fit";
+  EXPECT_FALSE(bornOut(both(1.0256, 1.0037), both(1.0018, 1.0037), true)) << "the runs to validate know nothing of it";
+  EXPECT_TRUE(bornOut(both(1.0, 1.0100), both(1.0, 1.0050), true)) << "these alone tell";
+}
+
 TEST(RankingTest, ACandidateValuedAnewTakesItsPlace) {
   std::vector<Candidate> ranking = {ranked("a", 500.0), ranked("b", 200.0), ranked("c", 195.0)};
   markConfounded(ranking);

@@ -18,7 +18,7 @@ struct InnerRingSpin {
          parameter("drag_torque_N_m", "N m", 0.0, 1e2, 0.005, std::nan(""), "against its spin")},
         true};
     schema.mimic = "auxiliary_bearing.friction_coefficient";  // less friction slips less, too
-    schema.lasting = schema.slow_to_predict = true;
+    schema.lasting = true;
     return schema;
   }
 

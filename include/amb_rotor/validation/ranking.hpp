@@ -14,7 +14,8 @@ constexpr double least_evidence = 12.0;
 constexpr double least_excess_share = 0.15;
 
 /// Whether the runs to validate have become better by a share of what is above the floor: a wrong effect that bends a little
-/// towards the right one does not do that.
+/// towards the right one does not do that. Where the runs to fit are plainly above the floor and lose most of that, those to
+/// validate need only agree: it may show in them hardly.
 /// @param first  no effect was adopted before, and this one is not yet refitted with everything: through contact less will do
 bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool first);
 
