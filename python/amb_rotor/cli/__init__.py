@@ -97,7 +97,7 @@ def _command_parser(command: str, module) -> argparse.ArgumentParser:
 
 def _report_bad_input(command: str, message: str) -> int:
     # files are written beside: they are told by their own names
-    message = re.sub(r"\.[0-9a-f]{8}\.(?:part|old)\.", "", message)
+    message = re.sub(r"\.[0-9a-f]{8}\.(?:part|old)\./?", "", message)
     print(f"amb {command}: {message}", file=sys.stderr)
     return EXIT_BAD_INPUT
 

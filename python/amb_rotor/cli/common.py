@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import json
 import math
 import os
@@ -12,7 +13,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from typing import Any, Callable, Iterable, Iterator
+import threading
+from typing import Any, Callable, Iterable, Iterator, NoReturn
 
 from amb_rotor.errors import InputError
 
@@ -35,10 +37,25 @@ def require_writable(path: pathlib.Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         probe.touch()
         probe.unlink()
+    except OSError as error:
+        there = next(folder for folder in path.parents if folder.exists())
+        reason = f"{there} is a file" if not there.is_dir() else \
+            f"nothing can be made in {there}" if error.errno == errno.ENOENT else error.strerror
+        raise InputError(f"{path}: cannot be written: {reason}") from None
     finally:
         for folder in missing:
             with contextlib.suppress(OSError):
                 folder.rmdir()
+
+
+def require_folder(folder: pathlib.Path) -> None:
+    """Before long work: that files can be written to this folder, which need not be there."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; it must be a folder to write to")
+    try:
+        require_writable(folder / "x")
+    except InputError as error:
+        raise InputError(str(error).replace(str(folder / "x"), str(folder), 1)) from None
 
 
 def dataset_folder(text: str) -> pathlib.Path:
@@ -130,6 +147,79 @@ def atomic_paths() -> Iterator[Callable[[os.PathLike | str], pathlib.Path]]:
     finally:
         for path in [*parts.values(), *kept.values()]:
             path.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def atomic_folder(folder: pathlib.Path) -> Iterator[pathlib.Path]:
+    """A folder to fill. It takes the name `folder` when the block ends, and goes if it fails. Where `folder` is there already, it
+    keeps what it holds, and the new files get their names in it together or not at all."""
+    there = folder.is_dir()
+    name = f".{secrets.token_hex(4)}.part."
+    part = folder / name if there else folder.with_name(name + folder.name)  # inside: of the same disk, wherever a link leads
+    missing = [] if there else [parent for parent in folder.parents if not parent.exists()]  # the deepest first
+    done = False
+    try:
+        part.mkdir(parents=True)
+        yield part
+        if there:
+            _move_into(part, folder)
+        else:
+            os.replace(part, folder)
+        done = True
+    finally:
+        for _ in range(100):  # a thread may write yet
+            shutil.rmtree(part, ignore_errors=True)
+            if not part.exists():
+                break
+        for parent in missing if not done else []:
+            with contextlib.suppress(OSError):
+                parent.rmdir()
+
+
+def _move_into(part: pathlib.Path, folder: pathlib.Path) -> None:
+    files = [path.relative_to(part) for path in sorted(part.rglob("*")) if path.is_file()]
+    made = []
+    try:
+        for inner in sorted({parent for file in files for parent in file.parents}):  # outer ones first
+            if not (folder / inner).is_dir():
+                (folder / inner).mkdir()
+                made.append(folder / inner)
+        with atomic_paths() as part_of:
+            for file in files:
+                os.replace(part / file, part_of(folder / file))
+    except BaseException:
+        for inner in reversed(made):
+            with contextlib.suppress(OSError):
+                inner.rmdir()
+        raise
+
+
+def on_thread(call: Callable[[], Any]) -> Any:
+    """What `call` returns or raises, from a thread of its own: a long call of the core hears no signals, this one waits and does.
+    Where one comes the call goes on, and only the end of the process ends it: `end_at_once`."""
+    outcome: dict[str, Any] = {}
+    over = threading.Event()
+
+    def work() -> None:
+        try:
+            outcome["value"] = call()
+        except BaseException as error:
+            outcome["error"] = error
+        over.set()
+
+    threading.Thread(target=work, daemon=True).start()
+    over.wait()
+    if "error" in outcome:
+        raise outcome["error"]
+    return outcome["value"]
+
+
+def end_at_once(command: str, stop: BaseException) -> NoReturn:
+    """Ends the process although a thread is in the core, as Ctrl-C or SIGTERM end any command."""
+    if not isinstance(stop, SystemExit):
+        print(f"amb {command}: interrupted", file=sys.stderr, flush=True)
+    sys.stdout.flush()
+    os._exit(stop.code if isinstance(stop, SystemExit) else 128 + signal.SIGINT)
 
 
 def _plain(value: Any) -> Any:

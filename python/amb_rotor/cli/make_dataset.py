@@ -37,8 +37,14 @@ def run(args) -> int:
         raise InputError("--strength: must be from 0")
     for file in args.effect_files:
         _core.load_effect(str(common.input_path(file)))
-    made = _core.make_dataset(args.seed, args.effect, args.strength, args.contact, str(folder),
-                              args.friction == "set_valued")
+    common.require_folder(folder)
+    common.require_folder(folder / "runs")
+    try:
+        with common.atomic_folder(folder) as part:
+            made = common.on_thread(lambda: _core.make_dataset(
+                args.seed, args.effect, args.strength, args.contact, str(part), args.friction == "set_valued"))
+    except (KeyboardInterrupt, SystemExit) as stop:
+        common.end_at_once("make-dataset", stop)
     hidden = ", ".join(effect["effect"] for effect in made["effects"]) or made["law"] or "nothing"
     print(f"hidden: {hidden}; changes the runs by {made['difference']:.1f} times their noise; "
           f"a diagnosis should say {made['verdict']}")
