@@ -134,6 +134,7 @@ def run_modes(args, model_path, folder) -> int:
     if model.amb_model != dataset.belief.amb_model and dataset.conditions:
         raise InputError(f"{model_path}: rig.amb.model must be {dataset.belief.amb_model}, as the data set sets "
                          + ", ".join(dataset.conditions))
+    out = common.out_path(args, "compare", models.stem(folder))
     before = predictions(model, dataset)
     fitted, values = (model, {}) if args.no_refit else fit(model, dataset)
     after = predictions(fitted, dataset)
@@ -148,7 +149,7 @@ def run_modes(args, model_path, folder) -> int:
     result = {**last, "worst": said[0], "as_believed": first, "nuisance": values, "dataset": dataset.name,
               "model": model.name, "model_hash": fitted.hash, "sentences": said}
     common.write_json(args, result)
-    out = common.out_folder(args, "compare", models.stem(folder))
+    out.mkdir(parents=True, exist_ok=True)
     common.atomic_write(out / "comparison.json", json.dumps(common._plain(result), indent=2) + "\n")
     rows = [[p["run"] + ": " + ", ".join(f"{v:g}" for v in p["condition"])]
             + [f"{p['frequency_hz'][k]:.1f} / {before[i, k]:.1f} / {after[i, k]:.1f}" for k in range(dataset.mode_count)]

@@ -113,12 +113,22 @@ def _terminate(signum, _frame):
     raise SystemExit(128 + signum)
 
 
+def _require_json(text: str) -> None:
+    """That the result can be written: told before the work, not after it."""
+    from amb_rotor.cli import common
+    target = pathlib.Path(text)
+    if not target.parent.is_dir():
+        raise InputError(f"--json {text}: there is no such folder to write to")
+    try:
+        common.require_file(target)
+    except InputError as error:
+        raise InputError(f"--json {error}") from None
+
+
 def _call(module, args) -> int:
     """Runs the subcommand. With `--json -` stdout holds the result alone: what is for people goes to stderr."""
     if args.json and args.json != "-":
-        target = pathlib.Path(args.json)  # told before the work, not after it
-        if target.is_dir() or not target.parent.is_dir():
-            raise InputError(f"--json {args.json}: {'is a folder' if target.is_dir() else 'there is no such folder to write to'}")
+        _require_json(args.json)
     if args.json != "-":
         return int(module.run(args) or EXIT_DONE)
     args.json_stream = sys.stdout

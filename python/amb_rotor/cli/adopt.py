@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 import pathlib
 import shutil
 
@@ -133,11 +134,11 @@ def _free_name(out: pathlib.Path, word: str, taken: pathlib.Path | None = None) 
 
 def _check_out(out: pathlib.Path) -> None:
     """Only a model is replaced, and before any work."""
-    if out.is_dir():
+    if os.path.isdir(out):
         raise InputError(f"{out}: is a folder; --out is the model file to write")
     if out.name == LEDGER:
         raise InputError(f"{out}: is the name of the ledger beside the model; --out is the model file to write")
-    if not out.exists():
+    if not os.path.exists(out):
         return
     if not out.is_file():
         raise InputError(f"{out}: is no file; --out is the model file to write")
@@ -187,6 +188,8 @@ def run(args) -> int:
     out = pathlib.Path(args.out)
     _check_out(out)
     ledger_path = out.parent / LEDGER
+    for file in (out, ledger_path):
+        common.require_file(file)
     ledger = read_ledger(ledger_path)
     parent = _core.read_model(str(folder / "model.yaml"))
     if args.effect:

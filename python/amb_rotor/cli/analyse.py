@@ -48,10 +48,13 @@ def run(args) -> int:
         return _sweep(args, paths[0])
     if args.at:
         raise InputError("--at: is for a sweep file")
+    folder = common.out_path(args, "analyse", "run")  # named by what is read where not by --out
     motions = [motion for path in paths for motion in _motions(args, path)]
     if len({motion.name for motion in motions}) != len(motions):
         raise InputError("two of the runs have the same name")
-    folder = common.out_folder(args, "analyse", motions[0].name if len(motions) == 1 else f"{motions[0].name}-and-more")
+    if not args.out:
+        folder = common.out_path(args, "analyse", motions[0].name if len(motions) == 1 else f"{motions[0].name}-and-more")
+    folder.mkdir(parents=True, exist_ok=True)
     found, pictures = {}, []
     for motion in motions:
         found[motion.name] = _tell(motion)

@@ -296,6 +296,9 @@ def run(args) -> int:
     from amb_rotor import _core
     if args.sets < 1 or args.jobs < 1 or args.seed < 0:
         raise InputError("--sets and --jobs must be from 1, --seed from 0")
+    common.out_path(args, "bench", "diagnosis")
+    if args.keep:
+        common.require_folder(pathlib.Path(args.keep))
     threads = max(1, (os.cpu_count() or 1) // args.jobs)
     source = common.input_path(args.data).resolve() if args.data else None
     given = sets_in(source) if source else []

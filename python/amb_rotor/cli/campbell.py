@@ -26,8 +26,9 @@ def run(args) -> int:
         raise InputError("--to must be above 0 and --points at least 2")
     model = models.load(args)
     speeds = numpy.linspace(0.0, args.to, args.points)
+    folder = common.out_path(args, "campbell", models.stem(args.model))
     rows = [modal.modes(model, speed) for speed in common.progress(speeds, "speeds")]
-    folder = common.out_folder(args, "campbell", models.stem(args.model))
+    folder.mkdir(parents=True, exist_ok=True)
     picture = maps.campbell(folder / "campbell.png", model.name, speeds, rows)
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "speeds": [
         {"speed_hz": float(speed), "modes": [mode_dict(mode) for mode in row]} for speed, row in zip(speeds, rows)]})

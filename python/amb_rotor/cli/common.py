@@ -13,6 +13,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from typing import Any, Callable, Iterable, Iterator, NoReturn
 
@@ -31,14 +32,14 @@ def input_path(text: str) -> pathlib.Path:
 
 def require_writable(path: pathlib.Path) -> None:
     """Before long work: that a file or folder of this name can be made. Nothing is left."""
-    missing = [folder for folder in path.parents if not folder.exists()]  # the deepest first
+    missing = [folder for folder in path.parents if not os.path.exists(folder)]  # the deepest first
     probe = path.with_name(f".{secrets.token_hex(4)}.part.{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         probe.touch()
         probe.unlink()
     except OSError as error:
-        there = next(folder for folder in path.parents if folder.exists())
+        there = next(folder for folder in path.parents if os.path.exists(folder))
         reason = f"{there} is a file" if not there.is_dir() else \
             f"nothing can be made in {there}" if error.errno == errno.ENOENT else error.strerror
         raise InputError(f"{path}: cannot be written: {reason}") from None
@@ -48,9 +49,17 @@ def require_writable(path: pathlib.Path) -> None:
                 folder.rmdir()
 
 
+def require_file(path: pathlib.Path) -> None:
+    """Before long work: that a file of this name can be written, whose folder need not be there."""
+    if os.path.isdir(path):
+        raise InputError(f"{path}: is a folder; it must be a file to write")
+    if not _is_stream(path):
+        require_writable(path)
+
+
 def require_folder(folder: pathlib.Path) -> None:
     """Before long work: that files can be written to this folder, which need not be there."""
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: is a file; it must be a folder to write to")
     try:
         require_writable(folder / "x")
@@ -78,9 +87,17 @@ def add_out(parser: argparse.ArgumentParser, command: str) -> None:
                         help=f"folder for what is written (default: out/{command}-NAME)")
 
 
-def out_folder(args: argparse.Namespace, command: str, name: str) -> pathlib.Path:
-    """The folder to write to, made: `--out`, or out/COMMAND-NAME in the caller's folder."""
+def out_path(args: argparse.Namespace, command: str, name: str) -> pathlib.Path:
+    """The folder to write to: `--out`, or out/COMMAND-NAME in the caller's folder. Refused where that cannot be; not made yet, so that
+    what fails leaves none."""
     folder = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"{command}-{name}"
+    require_folder(folder)
+    return folder
+
+
+def out_folder(args: argparse.Namespace, command: str, name: str) -> pathlib.Path:
+    """The same, made."""
+    folder = out_path(args, command, name)
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
@@ -90,10 +107,21 @@ def report_line(path: os.PathLike | str) -> None:
     print(f"report: {path}", flush=True)
 
 
+def _is_stream(path: pathlib.Path) -> bool:
+    """A pipe, a device, or a name that the system gives an open file: its place must not be taken."""
+    return os.path.exists(path) and not os.path.isdir(path) and \
+        (not os.path.isfile(path) or os.path.abspath(path).startswith(("/dev/", "/proc/")))
+
+
 @contextlib.contextmanager
 def atomic_path(path: os.PathLike | str) -> Iterator[pathlib.Path]:
     """A path beside `path` to write to. It takes the name `path` when the block ends, and goes if it fails."""
     target = pathlib.Path(path)
+    if _is_stream(target):
+        with tempfile.TemporaryDirectory() as folder:
+            yield pathlib.Path(folder) / target.name
+            target.write_bytes((pathlib.Path(folder) / target.name).read_bytes())
+        return
     # The suffix stays last: writers such as numpy.savez look at it.
     part = target.with_name(f".{secrets.token_hex(4)}.part.{target.name}")
     try:

@@ -87,8 +87,7 @@ def run(args) -> int:
     from amb_rotor.report import data, write_report
     dataset = _core.read_dataset(str(folder))
     model = load_model(path, args.overrides, dataset.belief)
-    if args.out:
-        common.require_writable(pathlib.Path(args.out) / "report.html")
+    out = common.out_path(args, "compare", models.stem(folder))
     with Bar("comparing") as bar:
         comparison = _core.compare(model, dataset, refit=not args.no_refit, threads=args.threads, progress=bar)
     effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
@@ -96,7 +95,7 @@ def run(args) -> int:
     print_errors(comparison)
     result = comparison_json(comparison, dataset.name)
     common.write_json(args, result)
-    out = common.out_folder(args, "compare", models.stem(folder))
+    out.mkdir(parents=True, exist_ok=True)
     import json
     common.atomic_write(out / "comparison.json", json.dumps(common._plain(result), indent=2) + "\n")
     name = model.name if path else "The rig as believed"

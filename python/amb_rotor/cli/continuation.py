@@ -60,9 +60,10 @@ def run(args) -> int:
     path = common.input_path(args.sweep)
     began = time.perf_counter()
     sweep = _core.BasicSweep(str(path))
+    folder = common.out_path(args, "continue", sweep.name)
     found = sweep.run_continuation()
     seconds = time.perf_counter() - began
-    folder = common.out_folder(args, "continue", sweep.name)
+    folder.mkdir(parents=True, exist_ok=True)
     for branch in found:
         low = min(point["parameter"] for point in branch["points"])
         high = max(point["parameter"] for point in branch["points"])

@@ -242,6 +242,7 @@ def run(args: argparse.Namespace) -> int:
 
     source, target = common.input_path(args.input), pathlib.Path(args.output)
     kind_of(target)
+    common.require_file(target)
     table = read_table(source)
     rows = len(next(iter(table.values()))) if table else 0
     if rows == 0:

@@ -137,6 +137,7 @@ def run(args) -> int:
     from amb_rotor.report import data, write_report
     began = time.perf_counter()
     out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / "demo"
+    common.require_folder(out)
     out.mkdir(parents=True, exist_ok=True)
     diagnose.may_replace(out / "diagnosis")
     share = share_folder()

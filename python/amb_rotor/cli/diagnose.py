@@ -94,9 +94,9 @@ def may_replace(folder: pathlib.Path) -> None:
     """A folder of ours, or an empty or absent one: nothing else is overwritten."""
     if folder.name in ("", ".."):
         raise InputError(f"{folder}: the diagnosis is a folder of its own; name it")
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not folder.is_dir():
         raise InputError(f"{folder}: is a file; the diagnosis is a folder")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / "diagnosis.json").is_file():
+    if os.path.isdir(folder) and any(folder.iterdir()) and not (folder / "diagnosis.json").is_file():
         raise InputError(f"{folder}: holds other things than a diagnosis; name another folder")
 
 

@@ -82,6 +82,7 @@ def roslaunch_command(args: argparse.Namespace) -> list[str]:
     record = ""
     if args.record:
         record = pathlib.Path(args.record).absolute()
+        common.require_file(pathlib.Path(args.record))
         if not record.parent.is_dir():
             raise InputError(f"{record.parent}: there is no such folder")
     return [sys.executable, "-P", "/usr/bin/roslaunch", "--sigint-timeout=8", "--sigterm-timeout=2",

@@ -1,6 +1,7 @@
 """`amb make-dataset`: a blind data set of our own, with its truth beside it."""
 from __future__ import annotations
 
+import os
 import pathlib
 
 from amb_rotor.cli import common
@@ -29,7 +30,7 @@ def add_arguments(parser) -> None:
 def run(args) -> int:
     from amb_rotor import _core
     folder = pathlib.Path(args.out)
-    if (folder / "dataset.yaml").exists():
+    if os.path.exists(folder / "dataset.yaml"):
         raise InputError(f"{folder}: there is a data set already")
     if args.seed < 0:
         raise InputError("--seed: must be from 0")

@@ -41,6 +41,7 @@ def run(args) -> int:
     model = models.load(args)
     if model.amb_model != "linear":
         raise InputError(f"{args.model}: the bearing is {model.amb_model}: it has no control loop; needs rig.amb.model linear")
+    folder = common.out_path(args, "margins", models.stem(args.model))
     half_rate = 0.5 * model.fields["rig.controller.sample_rate_hz"]
     growth = modal.largest_growth(model, args.speed)
     frequencies = numpy.geomspace(1.0, min(2000.0, 0.98 * half_rate), 800)
@@ -62,7 +63,7 @@ def run(args) -> int:
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "speed_hz": args.speed,
                              "stable": bool(stable), "peak": worst, "zone": zone(worst), "loops": loops,
                              "equivalent": bearings})
-    folder = common.out_folder(args, "margins", models.stem(args.model))
+    folder.mkdir(parents=True, exist_ok=True)
     maps.equivalent(folder / "equivalent.png", model.name, bearings)
     common.report_line(maps.sensitivity(folder / "sensitivity.png", model.name, frequencies, rows))
     return 0 if stable else 1

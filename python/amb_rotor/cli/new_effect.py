@@ -54,6 +54,7 @@ def run(args) -> int:
         if row["term"] not in new_effect.TERMS:
             raise InputError(f"{folder}: the term {row['term']!r} is not known to this version")
     out = pathlib.Path(args.out)
+    common.require_folder(out)
     out.mkdir(parents=True, exist_ok=True)
     summary = f"force at the bearings from {', '.join(diagnosis['unexplained']['depends_on'])}, proposed by a diagnosis"
     path = out / f"{args.name}.yaml"

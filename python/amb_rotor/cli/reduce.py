@@ -44,6 +44,7 @@ def run(args) -> int:
     if args.order is not None and args.order < 1:
         raise InputError("--order: must be from 1")
     model = models.load(args)
+    folder = common.out_path(args, "reduce", models.stem(args.model))
     frequencies = numpy.geomspace(1.0, args.to, 800)
     order, states_a_mode = args.order, 4 if args.speed else 2
     if order is None:
@@ -70,7 +71,7 @@ def run(args) -> int:
     print(f"{args.method} to {result['order']} states: largest error from 1 to {args.to:g} Hz "
           f"{result['error_m_per_N'][worst]:.3g} m/N at {frequencies[worst]:.0f} Hz, {100 * share:.3g} % of the largest gain"
           + (f"; bound {bound:.3g} m/N" if bound is not None else ""))
-    folder = common.out_folder(args, "reduce", models.stem(args.model))
+    folder.mkdir(parents=True, exist_ok=True)
     picture = reduction.reduction(folder / "reduction.png", f"{model.name}: {args.method} to {result['order']} states",
                                   frequencies, result)
     common.write_json(args, {"model": model.name, "model_hash": model.hash, "method": args.method,

@@ -69,6 +69,9 @@ def run(args) -> int:
     window = _motion_window(args, scenario)
     if args.picture and window is None:
         raise InputError("--picture: needs --motion-from, as this scenario has no failure of all magnetic bearings")
+    for file in (path, *([] if path.suffix == ".npz" else [pathlib.Path(f"{path}.model.yaml")]),
+                 *([pathlib.Path(args.picture)] if args.picture else [])):
+        common.require_file(file)
     for remark in [*model.remarks, *scenario.remarks, *_core.remarks(model, scenario)]:
         print(f"remark: {remark}")
     path.parent.mkdir(parents=True, exist_ok=True)
