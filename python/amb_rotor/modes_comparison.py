@@ -144,10 +144,12 @@ def run_modes(args, model_path, folder) -> int:
           f"{dataset.mode_count} modes")
     for sentence in said:
         print(sentence)
+    for remark in model.remarks:
+        print(f"remark: {remark}")
     for name, value in values.items():
         print(f"  {name} = {value['value']:.5g} +- {value['std']:.2g}")
     result = {**last, "worst": said[0], "as_believed": first, "nuisance": values, "dataset": dataset.name,
-              "model": model.name, "model_hash": fitted.hash, "sentences": said}
+              "model": model.name, "model_hash": fitted.hash, "sentences": said, "remarks": model.remarks}
     common.write_json(args, result)
     out.mkdir(parents=True, exist_ok=True)
     common.atomic_write(out / "comparison.json", json.dumps(common._plain(result), indent=2) + "\n")

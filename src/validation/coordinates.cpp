@@ -184,6 +184,7 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
 Model FitSpace::model(const Eigen::VectorXd& at) const {
   const Eigen::VectorXd x = clamped(at);
   Model model = belief_;
+  model.source.reset();  // what is fitted is no longer the file's
   int next = 0;
   Rig<double>::visit(model.rig, [&](const char* name, double& value) {
     if (next >= nuisances_ || coordinates_[next].name != name) return;

@@ -233,6 +233,7 @@ Dataset readDataset(const std::string& folder) {
   }
   root.finish();
   faults.throwIfAny();
+  dataset.belief.source = std::make_shared<FaultList>(faults);
   return dataset;
 }
 

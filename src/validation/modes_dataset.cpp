@@ -137,6 +137,7 @@ ModesDataset readModesDataset(const std::string& folder) {
   root.finish();
   // The tables can only be judged by a description that is right.
   faults.throwIfAny();
+  dataset.belief.source = std::make_shared<FaultList>(faults);
   for (const RunHead& head : heads) readModesTable(head, dataset, faults);
   faults.throwIfAny();
   return dataset;
@@ -144,6 +145,7 @@ ModesDataset readModesDataset(const std::string& folder) {
 
 Model modelAt(const Model& model, const ModesDataset& dataset, const ModesPoint& point) {
   Model changed = model;
+  changed.source.reset();  // the conditions are no longer the file's
   const EffectCatalogue none({});
   for (std::size_t i = 0; i < dataset.conditions.size(); ++i)
     *requireField(changed, "rig." + dataset.conditions[i], none) = point.condition.at(i);

@@ -280,7 +280,9 @@ def test_check_remarks_what_is_of_another_unit(tmp_path, capsys):
     text = (tmp_path / "set" / "dataset.yaml").read_text()
     (tmp_path / "set" / "dataset.yaml").write_text(re.sub(r"(contact: .*stiffness_N_per_m: )[0-9.e+]+", r"\g<1>33.8", text))
     assert cli.main(["check", str(tmp_path / "set")]) == 0
-    assert "33.8 N/um are 3.38e7 N/m" in capsys.readouterr().out
+    out, line = capsys.readouterr().out, 1 + text[:text.index("contact: {model")].count("\n")
+    assert "33.8 N/um are 3.38e7 N/m" in out
+    assert f"remark: {tmp_path}/set/dataset.yaml:{line}: rig.auxiliary_bearing.contact.stiffness_N_per_m = 33.8: " in out
 
 
 @pytest.mark.parametrize("path", sorted(path for path in (ROOT / "config").rglob("*.yaml")

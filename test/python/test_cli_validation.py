@@ -12,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+import types
 
 import pytest
 import yaml
@@ -20,6 +21,7 @@ from conftest import fewer_runs
 core = pytest.importorskip("amb_rotor._core")
 
 from amb_rotor import cli  # noqa: E402
+from amb_rotor.cli import diagnose  # noqa: E402
 from amb_rotor.errors import InputError  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -245,6 +247,21 @@ def test_runs_to_fit_and_runs_to_judge_are_asked_for(tmp_path, capsys, kept, sai
     result = json.loads(capsys.readouterr().out)  # and nothing else there
     assert (result["validation"]["error"] is None) == (said == "use: validate")
     assert any(f"no run has {said}" in remark for remark in result["remarks"])
+
+
+def test_what_is_odd_in_the_believed_rig_is_remarked_with_its_line(tmp_path, monkeypatch, capsys):
+    few = fewer_runs(MEASURED, ("step_1", "steady_2", "steady_4"), tmp_path / "few")
+    text = re.sub(r"(contact: .*stiffness_N_per_m: )[0-9.e+]+", r"\g<1>33.8", (few / "dataset.yaml").read_text())
+    (few / "dataset.yaml").write_text(text)
+    line = 1 + text[:text.index("contact: {")].count("\n")
+    said = f"{few}/dataset.yaml:{line}: rig.auxiliary_bearing.contact.stiffness_N_per_m = 33.8: "
+    assert cli.main(["compare", str(few), "--no-refit", "--out", str(tmp_path / "out"), "--json", str(tmp_path / "c.json")]) == 0
+    assert f"remark: {said}" in capsys.readouterr().out
+    assert json.loads((tmp_path / "c.json").read_text())["remarks"][0].startswith(said)
+    monkeypatch.setattr(core, "diagnose", lambda model, *_, **__: ({"remarks": ["of a run"]}, model, {}))
+    asked = types.SimpleNamespace(candidates=[], overrides=[], threads=0, steps=1)
+    remarks = diagnose.diagnose(few, None, asked)[2]["remarks"]
+    assert remarks[0].startswith(said) and remarks[-1] == "of a run"
 
 
 def test_a_diagnosis_ends_where_all_that_was_asked_for_is_adopted(tmp_path):

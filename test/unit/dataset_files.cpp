@@ -8,6 +8,8 @@
 #include <fstream>
 
 #include "amb_rotor/model/model_writer.hpp"
+#include "amb_rotor/model/remarks.hpp"
+#include "amb_rotor/validation/coordinates.hpp"
 #include "amb_rotor/validation/dataset.hpp"
 #include "amb_rotor/validation/table.hpp"
 #include "model_test_support.hpp"
@@ -51,6 +53,19 @@ class DatasetCopy : public testing::Test {
 
   fs::path folder_;
 };
+
+TEST_F(DatasetCopy, remarksAndFaultsOfItsRigHaveFileAndLine) {
+  const std::string from = "stiffness_N_per_m: 3.38e7", to = "stiffness_N_per_m: 33.8";
+  describe(replaced(tinyText(), from, to));
+  const Dataset dataset = readDataset(folder_.string());
+  const Fault remark = faultOf(remarksOn(dataset.belief), "rig.auxiliary_bearing.contact.stiffness_N_per_m");
+  EXPECT_EQ(remark.file, (folder_ / "dataset.yaml").string());
+  EXPECT_EQ(remark.line, lineOf(replaced(tinyText(), from, to), to)) << remark.text();
+  EXPECT_EQ(remark.value, "33.8");
+  // what a fit makes of it is not written there
+  const FitSpace space(dataset.belief, {});
+  EXPECT_EQ(faultOf(remarksOn(space.model(space.start())), remark.key).file, "");
+}
 
 TEST(DatasetFiles, readsTheDescription) {
   const Dataset dataset = readDataset(tinyFolder());

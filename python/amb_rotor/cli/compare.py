@@ -90,6 +90,7 @@ def run(args) -> int:
     out = common.out_path(args, "compare", models.stem(folder))
     with Bar("comparing") as bar:
         comparison = _core.compare(model, dataset, refit=not args.no_refit, threads=args.threads, progress=bar)
+    comparison["remarks"] = [*model.remarks, *comparison["remarks"]]
     effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
     print(f"model {model.name} ({model.hash}; effects: {effects}) against {dataset.name}, {len(dataset.runs)} runs")
     print_errors(comparison)

@@ -123,6 +123,7 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     with Bar("diagnosing") as bar:
         diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
                                                     threads=args.threads, most_steps=args.steps, progress=bar)
+    diagnosis["remarks"] = [*model.remarks, *diagnosis["remarks"]]
     keep_faults(diagnosis, adopted)
     return dataset, model, diagnosis, adopted, rivals
 
