@@ -1,6 +1,7 @@
 """Model files as arguments of subcommands."""
 from __future__ import annotations
 
+import math
 import pathlib
 
 from amb_rotor.cli import common
@@ -23,6 +24,35 @@ def load(args):
     from amb_rotor import _core
     model = _core.read_model(str(common.input_path(args.model)))
     return model.with_overrides(args.overrides) if getattr(args, "overrides", None) else model
+
+
+# Growth at standstill over the controller's sample rate from which on no uncertainty and no missing effect is what is wrong: the
+# motion grows e times within ten samples. Loops with twice the delay or half the bandwidth are far below.
+HOPELESS_GROWTH = 0.1
+
+
+def _growth(model) -> float:
+    """The largest growth at standstill [1/s]; below 0: it levitates."""
+    from amb_rotor import modal
+    try:
+        return modal.largest_growth(model, 0.0)
+    except InputError:  # some valid models have no modes
+        return 0.0
+
+
+def hopeless(model) -> str:
+    """Why a model is so far from levitating that no fit leads from it to a rig that does; empty: it is not."""
+    rate = model.fields.get("rig.controller.sample_rate_hz", math.inf) if model.amb_model == "linear" else math.inf
+    growth = _growth(model)
+    return "" if growth <= HOPELESS_GROWTH * rate else \
+        f"cannot levitate: at standstill its motion grows e times in {1e6 / growth:.3g} us, {rate / growth:.2g} samples of its controller"
+
+
+def oddities(model) -> list[str]:
+    """What is no fault of a model but seldom meant: numbers of an unusual size, and that it cannot levitate."""
+    growth = _growth(model)
+    unstable = [f"NOT STABLE at standstill, grows with {growth:.3g} 1/s (amb modes says how)"] if growth > 1e-6 else []
+    return [*model.remarks, *unstable]
 
 
 def beside(scenario: pathlib.Path) -> pathlib.Path:

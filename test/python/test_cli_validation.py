@@ -20,7 +20,7 @@ from conftest import fewer_runs
 
 core = pytest.importorskip("amb_rotor._core")
 
-from amb_rotor import cli  # noqa: E402
+from amb_rotor import cli, models  # noqa: E402
 from amb_rotor.cli import diagnose  # noqa: E402
 from amb_rotor.errors import InputError  # noqa: E402
 
@@ -262,6 +262,49 @@ def test_what_is_odd_in_the_believed_rig_is_remarked_with_its_line(tmp_path, mon
     asked = types.SimpleNamespace(candidates=[], overrides=[], threads=0, steps=1)
     remarks = diagnose.diagnose(few, None, asked)[2]["remarks"]
     assert remarks[0].startswith(said) and remarks[-1] == "of a run"
+
+
+@pytest.mark.parametrize("command", ["compare", "diagnose"])
+def test_a_believed_rig_that_cannot_levitate_is_told_before_the_work(tmp_path, monkeypatch, capsys, command):
+    few = fewer_runs(MEASURED, ("step_1", "steady_4"), tmp_path / "few")
+
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(core, command, stop)
+    arguments = [command, str(few), "--out", str(tmp_path / "out")]
+    for override, said in (([], False), (["--set", "rig.amb.displacement_stiffness_N_per_m=2e6"], True)):
+        assert cli.main([*arguments, *override]) == 130
+        assert ("remark: NOT STABLE at standstill, grows with " in capsys.readouterr().out) == said
+
+
+@pytest.mark.parametrize("path, factor", [("amb.current_stiffness_N_per_A", 1e3), ("amb.displacement_stiffness_N_per_m", 1e3),
+                                          ("rotor", 1e-2)])
+def test_a_rig_that_is_beyond_all_hope_is_refused_at_once(tmp_path, monkeypatch, capsys, path, factor):
+    """Wrong by a thousand (the rotor, by a hundred): fits took minutes, through contact all the time."""
+    few = fewer_runs(MEASURED, ("step_1", "steady_4"), tmp_path / "few")
+    fields = core.read_dataset(str(few)).belief.fields
+    names = ["rotor.mass_kg", "rotor.transverse_inertia_kg_m2"] if path == "rotor" else [path]
+    numbers = [word for name in names for word in ("--set", f"rig.{name}={factor * fields['rig.' + name]!r}")]
+    refits = []
+
+    def compare(*_, refit, **__):
+        refits.append(refit)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(core, "compare", compare)
+    monkeypatch.setattr(core, "diagnose", lambda *_, **__: pytest.fail("worked in vain"))
+    assert cli.main(["diagnose", str(few), "--out", str(tmp_path / "out"), *numbers]) == 2
+    assert "the rig as believed cannot levitate: at standstill its motion grows e times in " in capsys.readouterr().err
+    assert cli.main(["compare", str(few), "--out", str(tmp_path / "out"), *numbers]) == 130
+    assert refits == [False] and "its numbers are taken as they are" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("override", ["rig.controller.delay_s=2.4e-4", "rig.amb.amplifier_bandwidth_hz=300", "rig.rotor.mass_kg=50",
+                                      "rig.controller.kd_A_s_per_m=0", "rig.amb.displacement_stiffness_N_per_m=1e6"])
+def test_a_rig_that_only_does_not_levitate_is_not_beyond_hope(override):
+    belief = core.read_dataset(str(MEASURED)).belief
+    assert models.hopeless(belief) == "" == models.hopeless(belief.with_overrides([override]))
 
 
 def test_a_diagnosis_ends_where_all_that_was_asked_for_is_adopted(tmp_path):

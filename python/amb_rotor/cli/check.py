@@ -27,7 +27,7 @@ def format_of(path: pathlib.Path) -> str:
 
 
 def _check_dataset(folder: pathlib.Path) -> str:
-    from amb_rotor import _core
+    from amb_rotor import _core, models
     if _core.is_modes_dataset(str(folder)):
         dataset = _core.read_modes_dataset(str(folder))
         return f"data set of modes {dataset.name}: {len(dataset.points)} measurements of {dataset.mode_count} modes"
@@ -41,24 +41,16 @@ def _check_dataset(folder: pathlib.Path) -> str:
     if faults:
         raise InputError(faults)
     found = f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
-    return "\nremark: ".join([found, *dataset.belief.remarks])
+    return "\nremark: ".join([found, *models.oddities(dataset.belief)])
 
 
 def _check_model(path: pathlib.Path) -> str:
     """What it is, and, because it is no fault of the file but seldom meant, what is odd in it and whether it cannot levitate."""
-    from amb_rotor import _core, modal
+    from amb_rotor import _core, models
     model = _core.read_model(str(path))
     effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
     found = f"model {model.name}: {model.rotor_model}, AMB {model.amb_model}, effects: {effects}; hash {model.hash}"
-    try:
-        growth = modal.largest_growth(model, 0.0)
-    except InputError:  # some valid models have no modes
-        growth = 0.0
-    for remark in model.remarks:
-        found += f"\nremark: {remark}"
-    if growth > 1e-6:
-        found += f"\nremark: NOT STABLE at standstill, grows with {growth:.3g} 1/s (amb modes says how)"
-    return found
+    return "\nremark: ".join([found, *models.oddities(model)])
 
 
 def _check_file(path: pathlib.Path, kind: str) -> str:

@@ -88,12 +88,18 @@ def run(args) -> int:
     dataset = _core.read_dataset(str(folder))
     model = load_model(path, args.overrides, dataset.belief)
     out = common.out_path(args, "compare", models.stem(folder))
+    odd = models.oddities(model)
+    for remark in odd:  # before the work: with such a model it may take long
+        print(f"remark: {remark}", flush=True)
+    if hopeless := models.hopeless(model):
+        odd.append(f"the model {hopeless}; its numbers are taken as they are")
+        print(f"remark: {odd[-1]}", flush=True)
     with Bar("comparing") as bar:
-        comparison = _core.compare(model, dataset, refit=not args.no_refit, threads=args.threads, progress=bar)
-    comparison["remarks"] = [*model.remarks, *comparison["remarks"]]
+        comparison = _core.compare(model, dataset, refit=not args.no_refit and not hopeless, threads=args.threads, progress=bar)
     effects = ", ".join(effect["effect"] for effect in model.effects) or "none"
     print(f"model {model.name} ({model.hash}; effects: {effects}) against {dataset.name}, {len(dataset.runs)} runs")
     print_errors(comparison)
+    comparison["remarks"] = [*odd, *comparison["remarks"]]
     result = comparison_json(comparison, dataset.name)
     common.write_json(args, result)
     out.mkdir(parents=True, exist_ok=True)

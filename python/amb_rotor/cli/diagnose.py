@@ -42,7 +42,8 @@ def parameter_text(name: str, value: dict) -> str:
     return f"{name} = {value['value']:.5g}{spread}{'' if value['unit'] == '1' else ' ' + value['unit']}"
 
 
-def print_diagnosis(diagnosis: dict) -> None:
+def print_diagnosis(diagnosis: dict, told: list[str] | tuple = ()) -> None:
+    """For people. told: remarks that stand there already."""
     baseline = diagnosis["baseline"]
     print(f"verdict: {diagnosis['verdict']}")
     for sentence in diagnosis["sentences"]:
@@ -70,7 +71,8 @@ def print_diagnosis(diagnosis: dict) -> None:
     if unexplained["depends_on"]:
         print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}")
     for remark in diagnosis["remarks"]:
-        print(f"remark: {remark}")
+        if remark not in told:
+            print(f"remark: {remark}")
 
 
 def write_folder(folder: pathlib.Path, fill) -> None:
@@ -120,10 +122,15 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
             raise InputError(f"--effect {name}: there is no such effect; there are: {', '.join(known)}")
     dataset = _core.read_dataset(str(folder))
     model = load_model(model_path, args.overrides, dataset.belief)
+    odd = models.oddities(model)
+    if hopeless := models.hopeless(model):
+        raise InputError([f"{folder}: the rig as believed {hopeless}; no missing effect is what is wrong with it", *odd[:-1]])
+    for remark in odd:  # before the work: with such a model it may take long
+        print(f"remark: {remark}", flush=True)
     with Bar("diagnosing") as bar:
         diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
                                                     threads=args.threads, most_steps=args.steps, progress=bar)
-    diagnosis["remarks"] = [*model.remarks, *diagnosis["remarks"]]
+    diagnosis["remarks"] = [*odd, *diagnosis["remarks"]]
     keep_faults(diagnosis, adopted)
     return dataset, model, diagnosis, adopted, rivals
 
@@ -174,7 +181,7 @@ def run(args) -> int:
     may_replace(out)
     common.require_writable(out)
     dataset, model, diagnosis, adopted, rivals = diagnose(folder, args.model, args)
-    print_diagnosis(diagnosis)
+    print_diagnosis(diagnosis, models.oddities(model))
     chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] and not adopted.faults else [])
     stages = []
     for label, one in chosen:
