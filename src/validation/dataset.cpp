@@ -88,6 +88,8 @@ void readChannels(YamlMap channels, Dataset& dataset) {
   faults.add(channels.line(), channels.path(), "", "there is neither a displacement nor a control current");
 }
 
+constexpr double most_turns_hz = 2e4;
+
 void readSpeed(YamlMap speed, const Dataset& dataset, Run& run) {
   const int type = speed.choice("type", {"constant", "tacho"});
   if (type < 0) return;
@@ -98,6 +100,8 @@ void readSpeed(YamlMap speed, const Dataset& dataset, Run& run) {
   } else {
     run.speed_hz = speed.number("hz");
     if (run.speed_hz < 0.0) speed.fault("hz", "must be from 0 Hz: the spin is positive about z");
+    if (run.speed_hz > most_turns_hz)
+      speed.fault("hz", "must be at most " + numberText(most_turns_hz) + " Hz, as in a scenario (is it in turns a second?)");
   }
   speed.finish();
 }

@@ -67,6 +67,11 @@ TEST_F(DatasetCopy, remarksAndFaultsOfItsRigHaveFileAndLine) {
   EXPECT_EQ(faultOf(remarksOn(space.model(space.start())), remark.key).file, "");
 }
 
+TEST_F(DatasetCopy, aSpeedThatNoRotorHasIsRefused) {
+  describe(replaced(tinyText(), "speed: {type: constant, hz: 0.0}", "speed: {type: constant, hz: 1.0e6}"));
+  EXPECT_NE(faultOf(datasetFaults(), "runs.0.speed.hz").rule.find("at most 20000.0 Hz"), std::string::npos);
+}
+
 TEST(DatasetFiles, readsTheDescription) {
   const Dataset dataset = readDataset(tinyFolder());
   EXPECT_EQ(dataset.name, "tiny");
