@@ -114,6 +114,21 @@ LinearFlow::Modes LinearFlow::modesOf(const Eigen::MatrixXd& a, const std::vecto
     modes.values.push_back(l);
     modes.pair.push_back(true);
   }
+  if (!modes.found || modes.zeros > 0) return modes;
+  // z = U eta, with eta the complex coordinates or, of backward ones, their conjugates
+  const Eigen::MatrixXcd back = solveLuColumns(eigen.vectors, Eigen::MatrixXcd::Identity(half, half));
+  modes.misfit = (eigen.vectors * eigen.values.asDiagonal() * back - turning).norm() / turning.norm();
+  modes.back.resize(a.rows(), a.rows());
+  for (Eigen::Index k = 0; k < half; ++k) {
+    const double sign = eigen.values[k].imag() < 0.0 ? -1.0 : 1.0;
+    for (Eigen::Index i = 0; i < half; ++i) {
+      const std::complex<double> w = back(k, i);
+      modes.back(2 * k, pairs[i].first) = w.real();
+      modes.back(2 * k, pairs[i].second) = -w.imag();
+      modes.back(2 * k + 1, pairs[i].first) = sign * w.imag();
+      modes.back(2 * k + 1, pairs[i].second) = sign * w.real();
+    }
+  }
   return modes;
 }
 
@@ -163,8 +178,9 @@ LinearFlow::LinearFlow(const LinearSystem& system) {
     blocks.bottomRightCorner(zeros_, zeros_) = chain_;
   }
   // vectors that do not span the space give infinities here, which the misfit sees
-  const Eigen::MatrixXd back_to_basis = inverse(basis);
-  const double misfit = (basis * blocks * back_to_basis - a).norm() / a.norm();
+  const bool known = found.back.size() > 0;
+  const Eigen::MatrixXd back_to_basis = known ? found.back : inverse(basis);
+  const double misfit = known ? found.misfit : (basis * blocks * back_to_basis - a).norm() / a.norm();
   const double longer = zeros_ > 0 ? (chain_ * chain_).norm() : 0.0;
   if (!(misfit < largest_modal_misfit) || !(longer < largest_modal_misfit * std::max(1.0, a.norm()))) {
     reason_ = "eigenvectors nearly coincide";

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/machine/assembly.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -78,20 +79,32 @@ Eigen::VectorXd LinearReading::rates(const Eigen::VectorXd& y, double angle, con
   return rate;
 }
 
-LinearReading::Places LinearReading::places(const Eigen::VectorXd& y) {
+LinearReading::View LinearReading::view(const Eigen::VectorXd& y, double angle, const double* current) {
   static const int free[2] = {0, 0};
   Inputs<double> in = in_;
   in.contact_mode = free;
+  in.shaft = Shaft<double>::at(angle, speed_, 0.0);
+  if (current != nullptr) {
+    in.force_current[0] = {current[0], current[1]};
+    in.force_current[1] = {current[2], current[3]};
+  }
   Observation<double> seen;
   machine_.observe(in, y.data(), nullptr, seen);
-  Places out;
+  View out;
   for (int e = 0; e < 2; ++e) {
-    out[2 * e] = seen.aux_position[e].x - seen.contact[e].centre.x;
-    out[2 * e + 1] = seen.aux_position[e].y - seen.contact[e].centre.y;
-    out[4 + 2 * e] = seen.sensor_position[e].x;
-    out[4 + 2 * e + 1] = seen.sensor_position[e].y;
-    out[8 + 2 * e] = seen.amb_position[e].x;
-    out[8 + 2 * e + 1] = seen.amb_position[e].y;
+    const Vec2<double> of_end[] = {seen.sensor_position[e],
+                                   seen.amb_position[e],
+                                   machine_.rotor().at(plane_amb + e, y.data()),
+                                   machine_.rotor().at(plane_sensor + e, y.data()),
+                                   seen.aux_position[e],
+                                   seen.contact[e].centre,
+                                   seen.bearing_force[e]};
+    int row = 2 * e;
+    for (const Vec2<double>& value : of_end) {
+      out[row] = value.x;
+      out[row + 1] = value.y;
+      row += 4;
+    }
   }
   return out;
 }
@@ -103,16 +116,14 @@ void LinearReading::probe() {
   cosine_ = f0 - constant_;
   sine_ = rates(zero, 0.5 * pi, nullptr) - constant_;
   system_.a.resize(n_, n_);
-  Eigen::MatrixXd c(12, n_);
-  const Places at_zero = places(zero);
-  place0_ = at_zero.head<4>();
-  sensor0_ = at_zero.segment<4>(4);
-  magnet0_ = at_zero.tail<4>();
+  view_.resize(view_rows, n_);
+  view0_ = view(zero);
+  place0_ = places(view0_);
   for (int j = 0; j < n_; ++j) {
     Eigen::VectorXd y = zero;
     y[j] = 1.0;
+    view_.col(j) = view(y) - view0_;
     system_.a.col(j) = rates(y, 0.0, nullptr) - f0;
-    c.col(j) = places(y) - at_zero;
   }
   // what is left where terms cancel is none: balancing would blow it up to the size of the others
   for (int i = 0; i < n_; ++i) {
@@ -125,6 +136,7 @@ void LinearReading::probe() {
     double current[4] = {0.0, 0.0, 0.0, 0.0};
     current[a] = 1.0;
     by_current_.col(a) = rates(zero, 0.0, current) - f0;
+    force_by_current_.col(a) = (view(zero, 0.0, current) - view0_).segment<4>(forces_from);
   }
   probeSchedule(f0);
   driven_ = by_current_.cwiseAbs().maxCoeff() > 0.0;
@@ -140,12 +152,10 @@ void LinearReading::probe() {
   }
   system_.c.resize(8, n_);
   for (int e = 0; e < 2; ++e) {
-    system_.c.middleRows(4 * e, 2) = c.middleRows(2 * e, 2);
-    system_.c.middleRows(4 * e + 2, 2) =
-        c.middleRows(2 * e, 2) * system_.a;  // a place's rate is a velocity state
+    const Eigen::MatrixXd place = view_.middleRows(ends_from + 2 * e, 2) - view_.middleRows(centres_from + 2 * e, 2);
+    system_.c.middleRows(4 * e, 2) = place;
+    system_.c.middleRows(4 * e + 2, 2) = place * system_.a;  // a place's rate is a velocity state
   }
-  sensed_ = c.middleRows(4, 4);
-  in_magnets_ = c.bottomRows(4);
   if (!reason_.empty()) return;
   probeContacts();
   if (reason_.empty()) check();
@@ -216,6 +226,19 @@ void LinearReading::fail(const char* what) {
   if (reason_.empty()) reason_ = std::string(what) + " not linear in the state";
 }
 
+/// What is seen at a state against its linear form.
+void LinearReading::checkView(const View& seen, const Eigen::VectorXd& y, const Eigen::Vector4d& current) {
+  const double largest = largest_probe_misfit * machine_.rig().auxiliary_bearing.clearance_m;
+  View misfit = seen - view0_ - view_ * y, terms = view0_.cwiseAbs() + view_.cwiseAbs() * y.cwiseAbs();
+  misfit.segment<4>(forces_from) -= force_by_current_ * current;
+  terms.segment<4>(forces_from) += force_by_current_.cwiseAbs() * current.cwiseAbs();
+  misfit = misfit.cwiseAbs();
+  if (!(misfit.segment<4>(sensors_from).maxCoeff() <= largest)) fail("sensors' places are");
+  if (!(misfit.segment<4>(magnets_from).maxCoeff() <= largest)) fail("magnets' places are");
+  const View most = largest_probe_misfit * terms;
+  for (int row = 0; row < view_rows; ++row) shown_ = shown_ && misfit[row] <= most[row] + 1e-300;
+}
+
 /// The linear equations against the machine's own at random states, in and out of contact.
 void LinearReading::check() {
   Spread spread;
@@ -238,14 +261,9 @@ void LinearReading::check() {
                                   cosine_.cwiseAbs() + sine_.cwiseAbs() +
                                   by_current_.cwiseAbs() * i.cwiseAbs();
     if (!(misfit.array().abs() <= largest_probe_misfit * terms.array() + 1e-300).all()) fail("rates are");
-    const Places seen_places = places(y);
-    const Eigen::Vector4d place = seen_places.head<4>() - place0_;
-    if (!((seen_places.segment<4>(4) - sensor0_ - sensed_ * y).cwiseAbs().maxCoeff() <=
-          largest_probe_misfit * clearance))
-      fail("sensors' places are");
-    if (!((seen_places.tail<4>() - magnet0_ - in_magnets_ * y).cwiseAbs().maxCoeff() <=
-          largest_probe_misfit * clearance))
-      fail("magnets' places are");
+    const View now = view(y, angle, current);
+    checkView(now, y, i);
+    const Eigen::Vector4d place = places(now) - place0_;
     for (int e = 0; e < 2; ++e) {
       const Eigen::VectorXd w = system_.c.middleRows(4 * e, 4) * y;
       for (int axis = 0; axis < 2; ++axis)

@@ -75,8 +75,16 @@ class LinearReading : public EndContacts {
   const Schedule* schedule_;
   std::string reason_;
   LinearSystem system_;
-  Eigen::Vector4d place0_, sensor0_, magnet0_;
-  Eigen::MatrixXd sensed_, in_magnets_;  ///< the rotor at the sensors and at the magnetic bearings from y
+  /// What is to be seen, of each end x and y: the rotor at the sensors and at the magnetic bearings relative to the stator,
+  /// at both absolute, at the auxiliary bearings, these bearings' centres [m], the forces of the magnetic bearings [N].
+  static constexpr int view_rows = 28, sensors_from = 0, magnets_from = 4, absolute_from = 8, ends_from = 16,
+                       centres_from = 20, forces_from = 24;
+  using View = Eigen::Matrix<double, view_rows, 1>;
+  Eigen::Vector4d place0_;  ///< of the ends in their bearings
+  View view0_;
+  Eigen::MatrixXd view_;  ///< from y
+  Eigen::Matrix4d force_by_current_;
+  bool shown_ = true;  ///< all that is linear, and does not know the angle
   Eigen::VectorXd constant_, cosine_, sine_;
   Eigen::MatrixXd by_current_;
   bool driven_ = false;
@@ -84,14 +92,16 @@ class LinearReading : public EndContacts {
   std::vector<double> factors_, later_factors_, drive_factors_;
 
  private:
-  /// Displacements of the ends in their bearings, then of the rotor at the sensors, then at the magnetic bearings.
-  using Places = Eigen::Matrix<double, 12, 1>;
-
   double general(int end, const double* w, double* u, Normal& normal) const;
   Eigen::VectorXd rates(const Eigen::VectorXd& y, double angle, const double* current,
                         const Vec2<double>* force = nullptr, const double* unbalance = nullptr,
                         double time_s = 0.0);
-  Places places(const Eigen::VectorXd& y);
+  View view(const Eigen::VectorXd& y, double angle = 0.0, const double* current = nullptr);
+  void checkView(const View& seen, const Eigen::VectorXd& y, const Eigen::Vector4d& current);
+  /// Displacements of the ends in their bearings.
+  static Eigen::Vector4d places(const View& seen) {
+    return seen.segment<4>(ends_from) - seen.segment<4>(centres_from);
+  }
   void probe();
   void probeSchedule(const Eigen::VectorXd& f0);
   void probeContacts();

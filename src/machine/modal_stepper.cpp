@@ -10,6 +10,7 @@
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/integration/contact_flow.hpp"
 #include "amb_rotor/integration/dense_products.hpp"
+#include "amb_rotor/machine/assembly.hpp"
 #include "linear_reading.hpp"
 
 namespace amb_rotor {
@@ -17,6 +18,17 @@ namespace {
 
 /// h0 where nothing is sampled [s]; steps are this halved so and so often.
 constexpr double longest_modal_step_s = 1.0 / 2048.0;
+
+/// Largest distance from the origin; not a number where one of them is.
+double largestOf(const Vec2<double> (&places)[6]) {
+  double largest = 0.0;
+  for (const Vec2<double>& place : places) {
+    const double radius = std::hypot(place.x, place.y);
+    if (std::isnan(radius)) return radius;
+    largest = std::max(largest, radius);
+  }
+  return largest;
+}
 
 }  // namespace
 
@@ -47,14 +59,36 @@ class ModalStepper::Linear final : public LinearReading {
   /// Takes mechanics over, where they are not those that were written last: these are still known.
   void read(const double* mechanics) {
     if (std::memcmp(mechanics, written_.data(), sizeof(double) * static_cast<std::size_t>(n_)) == 0) return;
+    planes_known_ = false;
     whole_.noalias() = flow_->toModal() * Eigen::Map<const Eigen::VectorXd>(mechanics, n_);
   }
   void write(double* mechanics) {
     flow_->mechanics(whole_, turned_, written_);
     std::memcpy(mechanics, written_.data(), sizeof(double) * static_cast<std::size_t>(n_));
   }
-  void atSensors(Vec2<double> out[2]) const { at(sensor0_, to_sensors_, out); }
-  void atMagnets(Vec2<double> out[2]) const { at(magnet0_, to_magnets_, out); }
+  void atSensors(Vec2<double> out[2]) const { at(sensors_from, out); }
+  void atMagnets(Vec2<double> out[2]) const { at(magnets_from, out); }
+  bool view(const Inputs<double>& in, RotorView& out) const {
+    if (!shown_ || !serves(schedule_, in.bearing_on, in.shaft.speed)) return false;
+    Eigen::Matrix<double, recorded_rows, 1> seen = recorded0_;
+    product(recorded_.data(), recorded_rows, whole_.size(), whole_.data(), seen.data(), true);
+    constexpr int planes = sensors_and_magnets;  // those are known
+    seen.segment<4>(forces_from - planes) +=
+        force_by_current_ * Eigen::Vector4d(in.force_current[0].x, in.force_current[0].y, in.force_current[1].x,
+                                            in.force_current[1].y);
+    const auto pair = [&](int row) { return Vec2<double>{seen[row - planes], seen[row - planes + 1]}; };
+    at(sensors_from, out.sensor_position);
+    for (int e = 0; e < 2; ++e) {
+      out.aux_position[e] = pair(ends_from + 2 * e);
+      out.bearing_force[e] = pair(forces_from + 2 * e);
+      out.contact[e] = machine_.contactAt(e, out.aux_position[e], pair(view_rows + 2 * e), in.shaft,
+                                          pair(centres_from + 2 * e), {}, 0.0, in);
+    }
+    const Vec2<double> places[] = {pair(absolute_from),     pair(absolute_from + 2), pair(absolute_from + 4),
+                                   pair(absolute_from + 6), out.aux_position[0],     out.aux_position[1]};
+    out.largest_radius = largestOf(places);
+    return true;
+  }
 
   /// Moves on; where that fails the state is as it was, but for the contacts.
   IntegrationStatus advance(double from, double length, double angle, const double target[4],
@@ -74,16 +108,22 @@ class ModalStepper::Linear final : public LinearReading {
     };
     // by reference: a copy of it would be allocated
     const auto status = contact_->advance(length, own_.data(), contact_mode, std::cref(on_event));
-    if (status == IntegrationStatus::ok) contact_->whole(length, own_, whole_);
+    if (status != IntegrationStatus::ok) return status;
+    contact_->whole(length, own_, whole_);
+    planes_known_ = false;
     return status;
   }
 
  private:
-  void at(const Eigen::Vector4d& at_zero, const AlignedMatrix& from_modes, Vec2<double> out[2]) const {
-    Eigen::Vector4d place = at_zero;
-    product(from_modes.data(), 4, whole_.size(), whole_.data(), place.data(), true);
-    out[0] = {place[0], place[1]};
-    out[1] = {place[2], place[3]};
+  /// The rotor at sensors and magnets, both at once: whoever asks for the ones asks for the others.
+  void at(int row, Vec2<double> out[2]) const {
+    if (!planes_known_) {
+      planes_ = view0_.head<sensors_and_magnets>();
+      product(to_planes_.data(), sensors_and_magnets, whole_.size(), whole_.data(), planes_.data(), true);
+      planes_known_ = true;
+    }
+    out[0] = {planes_[row], planes_[row + 1]};
+    out[1] = {planes_[row + 2], planes_[row + 3]};
   }
   /// Whether something of the schedule acts in an interval that is not in the drive; then pushes_ says what.
   bool pushed(double from, double to) {
@@ -140,8 +180,13 @@ class ModalStepper::Linear final : public LinearReading {
     for (int e = 0; e < 2; ++e) drive_.place.segment(4 * e, 2) = place0_.segment(2 * e, 2);
     harmonicDrive();
     contact_->setDrive(drive_);
-    to_sensors_ = sensed_ * flow_->fromModal();
-    to_magnets_ = in_magnets_ * flow_->fromModal();
+    const Eigen::MatrixXd seen = view_ * flow_->fromModal();
+    to_planes_ = seen.topRows(sensors_and_magnets);
+    recorded_.setZero(recorded_rows, size);
+    recorded_.topRows(recorded_rows - 4) = seen.bottomRows(recorded_rows - 4);
+    for (int e = 0; e < 2; ++e)
+      recorded_.middleRows(recorded_rows - 4 + 2 * e, 2) = flow_->outputMatrix().middleRows(4 * e + 2, 2);
+    recorded0_ << view0_.tail<recorded_rows - 4>(), Eigen::Vector4d::Zero();
     whole_.setZero(size);
     turned_ = own_ = kept_ = whole_;
     written_.setConstant(n_, std::nan(""));
@@ -164,11 +209,38 @@ class ModalStepper::Linear final : public LinearReading {
   std::unique_ptr<LinearFlow> flow_;
   std::unique_ptr<ContactFlow> contact_;
   ContactFlow::Drive drive_;
-  AlignedMatrix to_sensors_, to_magnets_;
+  static constexpr int sensors_and_magnets = 8;
+  static constexpr int recorded_rows = view_rows - sensors_and_magnets + 4;  ///< the others, the ends' velocities
+  AlignedMatrix to_planes_, recorded_;
+  Eigen::Matrix<double, recorded_rows, 1> recorded0_;
+  mutable Eigen::Matrix<double, sensors_and_magnets, 1> planes_;
+  mutable bool planes_known_ = false;
   Eigen::VectorXd whole_, turned_, own_, kept_, written_, event_;
   double since_ = 0.0, angle_ = 0.0;  ///< at the start of the interval
   const ContactFlow::Pushes pushes_ = [this](double time, double* u) { push(time, u); };
 };
+
+RotorView RotorView::of(const Machine<double>& machine, const Inputs<double>& in, const double* mechanics) {
+  Observation<double> seen;
+  machine.observe(in, mechanics, nullptr, seen);
+  RotorView out;
+  for (int e = 0; e < 2; ++e) {
+    out.sensor_position[e] = seen.sensor_position[e];
+    out.aux_position[e] = seen.aux_position[e];
+    out.bearing_force[e] = seen.bearing_force[e];
+    out.contact[e] = seen.contact[e];
+    out.ring_speed[e] = seen.ring_speed[e];
+  }
+  out.largest_radius = largestRadius(machine.rotor(), mechanics);
+  return out;
+}
+
+double RotorView::largestRadius(const ModalRotor<double>& rotor, const double* mechanics) {
+  const auto at = [&](int plane) { return rotor.at(plane, mechanics); };
+  const Vec2<double> planes[] = {at(plane_amb), at(plane_amb + 1), at(plane_sensor), at(plane_sensor + 1),
+                                 at(plane_aux), at(plane_aux + 1)};
+  return largestOf(planes);
+}
 
 ModalStepper::ModalStepper(const Machine<double>& machine, double relative_tolerance)
     : machine_(machine), tolerance_(relative_tolerance), general_(machine, relative_tolerance) {
@@ -275,6 +347,10 @@ bool ModalStepper::atMagnets(const MachineState<double>& state, Vec2<double> out
   if (holder_ == nullptr || &state != held_state_) return false;
   holder_->atMagnets(out);
   return true;
+}
+
+bool ModalStepper::view(const Inputs<double>& in, const MachineState<double>& state, RotorView& out) const {
+  return holder_ != nullptr && &state == held_state_ && holder_->view(in, out);
 }
 
 bool ModalStepper::advanceGeneral(const Simulator<double>& sim, double from, double to,

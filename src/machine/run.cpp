@@ -23,9 +23,10 @@ void append(std::array<std::vector<double>, 4>& rows, const Vec2<double> value[2
   rows[3].push_back(value[1].y);
 }
 
-/// Writes one recorded instant into a trajectory.
-void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory& out) {
-  const MachineState<double>& state = *seen.state;
+/// Writes one recorded instant into a trajectory; what the mechanics show comes from the stepper where it keeps them.
+template <class Stepper>
+RotorView record(const Simulator<double>& sim, Stepper& stepper, const Record<double>& seen, MachineState<double>& state,
+                 Trajectory& out) {
   Inputs<double> in;
   in.shaft = seen.shaft;
   sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
@@ -46,31 +47,37 @@ void record(const Simulator<double>& sim, const Record<double>& seen, Trajectory
     StickSolver(sim.machine()).solve(in, state.sliding, state.mechanics.data(), stick_force);
     in.stick_force = stick_force;
   }
-  Observation<double> observation;
-  sim.machine().observe(in, state.mechanics.data(), nullptr, observation);
+  RotorView view;
+  bool known = false;
+  if constexpr (KeepsMechanics<Stepper, double>::value) {
+    known = stepper.view(in, state, view);
+    if (!known) stepper.bring(state);
+  }
+  if (!known) view = RotorView::of(sim.machine(), in, state.mechanics.data());
   out.time_s.push_back(seen.time);
   out.angle_rad.push_back(seen.shaft.angle);
   out.speed_rad_s.push_back(seen.shaft.speed);
   Vec2<double> force[2], centre[2];
   for (int end = 0; end < 2; ++end) {
-    const auto& contact = observation.contact[end];
+    const auto& contact = view.contact[end];
     force[end] = contact.force;
     centre[end] = contact.centre;
     out.normal_force_N[end].push_back(contact.normal_force);
     out.friction_force_N[end].push_back(contact.friction_force);
     out.penetration_m[end].push_back(contact.penetration);
     out.slip_m_s[end].push_back(contact.slip);
-    out.ring_speed_rad_s[end].push_back(observation.ring_speed[end]);
+    out.ring_speed_rad_s[end].push_back(view.ring_speed[end]);
   }
-  append(out.position_m, observation.sensor_position);
-  append(out.aux_position_m, observation.aux_position);
+  append(out.position_m, view.sensor_position);
+  append(out.aux_position_m, view.aux_position);
   append(out.aux_centre_m, centre);
-  append(out.bearing_force_N, observation.bearing_force);
+  append(out.bearing_force_N, view.bearing_force);
   append(out.contact_force_N, force);
   for (int a = 0; a < 4; ++a) {
     out.displacement_m[a].push_back(seen.signal[a]);
     out.current_A[a].push_back(state.current[a]);
   }
+  return view;
 }
 
 /// An effect whose law comes from a file; empty: there is none. Such a law may act beyond a threshold, in a part of the turn
@@ -87,18 +94,6 @@ std::string lawOfAFile(const Model& model) {
 /// with the event stepper.
 bool inModes(const Machine<double>& machine, const RunOptions& options) {
   return options.modal && machine.isFlexible();
-}
-
-/// Largest distance of the rotor from the stator's axis at the six planes [m]. Not a number where one of them is.
-double largestRadius(const Machine<double>& machine, const double* mechanics) {
-  double largest = 0.0;
-  for (int plane = plane_amb; plane < plane_aux + 2; ++plane) {
-    const Vec2<double> place = machine.rotor().at(plane, mechanics);
-    const double radius = std::hypot(place.x, place.y);
-    if (!(radius <= largest)) largest = radius;
-    if (std::isnan(radius)) return radius;
-  }
-  return largest;
 }
 
 /// The first end at which the rotor is not within the air gap.
@@ -173,11 +168,20 @@ std::optional<MagnetHit> magnetHit(const Machine<double>& machine, const double*
   return hitAt(position, machine.rig().amb.air_gap_m, time_s);
 }
 
-std::string divergence(const Machine<double>& machine, const double* mechanics) {
+namespace {
+
+/// Of a rotor that is somewhere as far as this from the stator's axis.
+std::string divergence(const Machine<double>& machine, double largest_radius) {
   const double limit = divergence_factor * machine.rig().auxiliary_bearing.clearance_m;
-  if (largestRadius(machine, mechanics) < limit) return "";
+  if (largest_radius < limit) return "";
   return "the rotor left the bearing by more than " + std::to_string(int(divergence_factor)) +
          " clearances at a magnetic bearing, a sensor or an auxiliary bearing";
+}
+
+}  // namespace
+
+std::string divergence(const Machine<double>& machine, const double* mechanics) {
+  return divergence(machine, RotorView::largestRadius(machine.rotor(), mechanics));
 }
 
 void startAsGiven(const Machine<double>& machine, const Scenario& scenario, MachineState<double>& state) {
@@ -238,6 +242,22 @@ MachineState<double> settledState(const Machine<double>& machine, const Drive<do
 
 namespace {
 
+/// Fills a trajectory, and says whether the rotor has left its bearings.
+template <class Stepper>
+struct Recorder {
+  static constexpr bool asks_stepper = true;
+  const Simulator<double>& sim;
+  Stepper& stepper;
+  MachineState<double>& state;
+  Trajectory& out;
+  std::string& diverged;
+
+  void operator()(const Record<double>& seen) const {
+    const RotorView view = record(sim, stepper, seen, state, out);
+    if (diverged.empty()) diverged = divergence(sim.machine(), view.largest_radius);
+  }
+};
+
 /// The run itself: fills trajectory and outcome.
 template <class Stepper>
 void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineState<double>& state, Stepper&& stepper,
@@ -253,10 +273,7 @@ void fillRun(const Simulator<double>& sim, const Scenario& scenario, MachineStat
   });
   WithinGaps within(machine, stepper);
   std::string diverged;
-  const auto sink = [&](const Record<double>& seen) {
-    record(sim, seen, out);
-    if (diverged.empty()) diverged = divergence(machine, seen.state->mechanics.data());
-  };
+  const Recorder<std::remove_reference_t<Stepper>> sink{sim, stepper, state, out, diverged};
   const bool finished = [&] {
     // in slices, so that a diverging run ends early
     const double slice = std::max(scenario.duration_s / 200.0, 1e-3);

@@ -317,14 +317,21 @@ TEST(ModalStepper, TheProgramTakesItForAFlexibleRotorAndSaysSo) {
 }
 
 /// A rotor of many modes on its sampled bearings, which fail after 1 ms: 6 ms of flight, then contact.
-Outcome failing(const EffectSetting& effect, double duration_s, bool modal, ModalStepper::Taken* taken) {
+Model bending(const EffectSetting& effect) {
   Model model = heavy(levitated());
   model.rotor_model = RotorModel::flexible;
   model.rotor_geometry = std::string(AMB_ROTOR_SOURCE_DIR) + "/config/thesis/rotor.yaml";
   model.reduction = {RotorReduction::Method::modal, 16};
   model.effects.push_back(effect);
   fillFlexibleModes(model);
-  const Scenario scenario = from(bearingsOff(constantSpeed(30.0, duration_s, 0.0), 1e-3), {1e-5, 2e-5, 1e-4, 0.0}, {});
+  return model;
+}
+Scenario failure(double duration_s) {
+  return from(bearingsOff(constantSpeed(30.0, duration_s, 0.0), 1e-3), {1e-5, 2e-5, 1e-4, 0.0}, {});
+}
+Outcome failing(const EffectSetting& effect, double duration_s, bool modal, ModalStepper::Taken* taken) {
+  const Model model = bending(effect);
+  const Scenario scenario = failure(duration_s);
   Outcome out = modal ? run<ModalStepper>(model, scenario, 1e-10) : run<EventStepper>(model, scenario, 1e-11);
   if (taken != nullptr) *taken = out.taken;
   return out;
@@ -353,6 +360,69 @@ TEST(ModalStepper, EveryEffectEndsWhereTheEventStepperEnds) {
   }
   EXPECT_GE(modal_ones, 12) << "most effects leave the machine linear";
   EXPECT_GE(touched, 20) << "the longer runs end in contact";
+}
+
+/// Holds each record that the stepper shows without mechanics to what they show.
+struct Watcher {
+  static constexpr bool asks_stepper = true;
+  const Simulator<double>& sim;
+  ModalStepper& stepper;
+  MachineState<double>& state;
+  int &shown, &touching;
+
+  void operator()(const Record<double>& seen) const {
+    Inputs<double> in;
+    in.shaft = seen.shaft;
+    sim.track().forceCurrent(state.current, state.lag.data(), in.force_current);
+    for (int e = 0; e < 2; ++e)
+      in.bearing_on[e] = {sim.bearingOn(2 * e, seen.time) ? 1.0 : 0.0, sim.bearingOn(2 * e + 1, seen.time) ? 1.0 : 0.0};
+    in.contact_mode = state.contact_mode;
+    RotorView view;
+    if (!stepper.view(in, state, view)) return;
+    stepper.bring(state);
+    const RotorView truth = RotorView::of(sim.machine(), in, state.mechanics.data());
+    const auto same = [&](const Vec2<double>& a, const Vec2<double>& b, double size) {
+      EXPECT_LT(std::hypot(a.x - b.x, a.y - b.y), round_off * size) << seen.time;
+    };
+    for (int e = 0; e < 2; ++e) {
+      same(view.sensor_position[e], truth.sensor_position[e], machine_clearance);
+      same(view.aux_position[e], truth.aux_position[e], machine_clearance);
+      same(view.contact[e].centre, truth.contact[e].centre, machine_clearance);
+      same(view.bearing_force[e], truth.bearing_force[e], 1e5 * machine_clearance);  // some magnet's stiffness
+      same(view.contact[e].force, truth.contact[e].force, 1e8 * machine_clearance);  // a contact's
+      EXPECT_NEAR(view.contact[e].penetration, truth.contact[e].penetration, round_off * machine_clearance);
+      EXPECT_NEAR(view.contact[e].slip, truth.contact[e].slip, round_off * 1.0);
+      touching += state.contact_mode[e];
+    }
+    EXPECT_NEAR(view.largest_radius, truth.largest_radius, round_off * machine_clearance);
+    ++shown;
+  }
+  static constexpr double round_off = 1e-11;  ///< of 64 modes' sums, whose terms may be a hundred times the sum
+};
+
+TEST(ModalStepper, ARecordShowsWhatTheMechanicsShow) {
+  int effects_shown = 0, touching = 0;
+  for (const EffectSchema& schema : effectCatalogue().all()) {
+    if (schema.law != nullptr || schema.id == "gyroscopic_coupling") continue;
+    const Model model = bending({schema.id, typicalValues(schema.id)});
+    const Scenario scenario = failure(0.011);
+    const Schedule schedule({}, scenario.faults);
+    const PiecewiseShaft path = shaftPath(scenario);
+    const Machine<double> machine({&model});
+    Drive<double> drive;
+    drive.path = &path;
+    drive.schedule = &schedule;
+    const Simulator<double> sim(machine, drive, 7000.0);
+    MachineState<double> state = sim.atRest(0.0);
+    startAsGiven(machine, scenario, state);
+    ModalStepper stepper(machine, 1e-8);
+    int shown = 0;
+    EXPECT_TRUE(sim.run(state, scenario.duration_s, stepper, Watcher{sim, stepper, state, shown, touching})) << schema.id;
+    EXPECT_EQ(shown > 0, stepper.taken().modal > 0) << schema.id;
+    effects_shown += shown > 0 ? 1 : 0;
+  }
+  EXPECT_GE(effects_shown, 12);
+  EXPECT_GE(touching, 20);
 }
 
 TEST(ModalStepper, FrictionThatRisesNextToSlipZeroIsSeen) {

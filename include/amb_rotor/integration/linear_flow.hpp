@@ -94,6 +94,10 @@ class LinearFlow {
     Eigen::MatrixXcd vectors;
     int zeros = 0;
     bool found = false;
+    /// Where known already: what makes the coordinates (columns: real parts' and imaginary parts' in turn) of states, and
+    /// the error of A put together again, of its size.
+    Eigen::MatrixXd back;
+    double misfit = 0.0;
   };
   static Modes modesOf(const Eigen::MatrixXd& a);
   static Modes modesOf(const Eigen::MatrixXd& a, const std::vector<std::pair<int, int>>& pairs);

@@ -33,6 +33,19 @@
 
 namespace amb_rotor {
 
+/// What a record shows of the mechanics.
+struct RotorView {
+  Vec2<double> sensor_position[2];  ///< rotor relative to the stator [m]
+  Vec2<double> aux_position[2];     ///< rotor, absolute [m]
+  Vec2<double> bearing_force[2];    ///< magnetic, on the rotor [N]
+  Contact<double> contact[2];
+  double ring_speed[2] = {0.0, 0.0};  ///< [rad/s]
+  double largest_radius = 0.0;  ///< of the rotor at the planes of bearings and sensors [m]; NaN: one of them is
+  /// As the mechanics of a machine show it.
+  static RotorView of(const Machine<double>& machine, const Inputs<double>& in, const double* mechanics);
+  static double largestRadius(const ModalRotor<double>& rotor, const double* mechanics);
+};
+
 class ModalStepper {
  public:
   explicit ModalStepper(const Machine<double>& machine, double relative_tolerance = 1e-8);
@@ -47,6 +60,8 @@ class ModalStepper {
   bool atSensors(const MachineState<double>& state, Vec2<double> out[2]) const;
   /// The rotor at the magnetic bearings likewise.
   bool atMagnets(const MachineState<double>& state, Vec2<double> out[2]) const;
+  /// RotorView::of() a state's mechanics without writing them: a product with 32 rows instead of all; false: ask the state.
+  bool view(const Inputs<double>& in, const MachineState<double>& state, RotorView& out) const;
 
   const IntegrationResult& result() const { return result_; }
   /// Of both steppers together, since countAnew().

@@ -8,7 +8,8 @@
 // and its end are instants of their own. Neither depends on what is recorded.
 //
 // A stepper may keep a state's mechanics in coordinates of its own between instants (machine/modal_stepper.hpp). They are
-// then in the state when a sink sees it and when run() returns; the sensors' signals do not need them.
+// then in the state when a sink sees it (but for a sink that asks the stepper) and when run() returns; the sensors'
+// signals do not need them.
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -112,6 +113,13 @@ template <class Stepper, class S>
 struct KeepsMechanics<Stepper, S,
                       std::void_t<decltype(std::declval<Stepper&>().bring(std::declval<MachineState<S>&>()))>>
     : std::true_type {};
+
+/// Whether a sink asks the stepper for what it wants to see (`static constexpr bool asks_stepper = true`): mechanics that a
+/// stepper keeps are then not written into the state for it.
+template <class Sink, class = void>
+struct AsksStepper : std::false_type {};
+template <class Sink>
+struct AsksStepper<Sink, std::void_t<decltype(Sink::asks_stepper)>> : std::bool_constant<Sink::asks_stepper> {};
 
 template <class S>
 class Simulator {
@@ -270,7 +278,7 @@ class Simulator {
       seen.shaft = shaft(state);
       signals(stepper, state, seen.shaft, seen.signal);
       if (record) {
-        bring(stepper, state);
+        if constexpr (!AsksStepper<std::decay_t<Sink>>::value) bring(stepper, state);
         seen.index = state.next_record++;
         seen.time = state.time;
         seen.state = &state;
