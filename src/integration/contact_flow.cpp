@@ -16,6 +16,16 @@ constexpr double shortest_look_s = 5e-7;
 
 double norm(const double* at) { return std::sqrt(at[0] * at[0] + at[1] * at[1]); }
 
+/// Products with 0 are 0 but for infinities and what is no number: without a branch each.
+bool allFinite(const double* s, int size) {
+  double sum[4] = {};
+  int i = 0;
+  for (; i + 4 <= size; i += 4)
+    for (int k = 0; k < 4; ++k) sum[k] += 0.0 * s[i + k];
+  for (; i < size; ++i) sum[0] += 0.0 * s[i];
+  return sum[0] + sum[1] + sum[2] + sum[3] == 0.0;
+}
+
 }  // namespace
 
 ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, const Options& options)
@@ -72,12 +82,14 @@ void ContactFlow::setDrive(const Drive& drive) {
   kept_.col(2) = c * drive_.sine;
   rest_now_ = drive_.rest;
   drift_now_ = drive_.drift;
+  drift_later_.noalias() = flow_.chain() * drift_now_;
   decay_now_.setZero(flow_.size());
+  exact_.time = -1.0;
 }
 
 void ContactFlow::begin(double angle, const double* held, const double* excess, const Pushes* pushes) {
   angle_ = angle;
-  phase_.time = -1.0;
+  phase_.time = exact_.time = -1.0;
   pushes_ = pushes;
   if (pushes == nullptr) u_.tail((flow_.inputs() - end_inputs) * points).setZero();
   const Eigen::Map<const Eigen::VectorXd> hold(held, drive_.rest_by.cols()),
@@ -93,14 +105,9 @@ void ContactFlow::begin(double angle, const double* held, const double* excess, 
   const AlignedMatrix& c = flow_.outputMatrix();
   drift_now_ = drive_.drift;
   drift_now_.noalias() += drive_.drift_by * hold;
+  drift_later_.noalias() = flow_.chain() * drift_now_;
   kept_.col(4).noalias() = c.rightCols(zeros) * drift_now_;
-  for (int o = 0; o < c.rows(); ++o) {
-    double sum = 0.0;
-    for (int i = 0; i < zeros; ++i)
-      for (int j = 0; j < zeros; ++j)
-        sum += c(o, 2 * flow_.modes() + i) * flow_.chain()(i, j) * drift_now_[j];
-    kept_(o, 5) = 0.5 * sum;
-  }
+  kept_.col(5).noalias() = c.rightCols(zeros) * (0.5 * drift_later_);
 }
 
 const LinearFlow::Table& ContactFlow::ladder(int level) {
@@ -130,8 +137,14 @@ const ContactFlow::Phase& ContactFlow::phaseAt(double time) {
   return phase_;
 }
 
+/// Kept: an interval's start and end are asked for several times.
+const ContactFlow::Phase& ContactFlow::exactPhase(double time) const {
+  if (exact_.time != time) exact_ = phaseOf(time);
+  return exact_;
+}
+
 void ContactFlow::keptUp(double time, double* w) const {
-  const Phase now = phaseOf(time);
+  const Phase& now = exactPhase(time);
   for (int o = 0; o < rows; ++o)
     w[o] = kept_(o, 0) + now.cosine * kept_(o, 1) + now.sine * kept_(o, 2) + now.decay * kept_(o, 3);
 }
@@ -141,12 +154,12 @@ void ContactFlow::outputs(const double* s, double* w) const {
 }
 
 void ContactFlow::whole(double time, const Eigen::VectorXd& own, Eigen::VectorXd& out) const {
-  const Phase now = phaseOf(time);
+  const Phase& now = exactPhase(time);
   out = own + rest_now_ + now.cosine * drive_.cosine + now.sine * drive_.sine + now.decay * decay_now_;
 }
 
 void ContactFlow::own(double time, const Eigen::VectorXd& whole, Eigen::VectorXd& out) const {
-  const Phase now = phaseOf(time);
+  const Phase& now = exactPhase(time);
   out = whole - rest_now_ - now.cosine * drive_.cosine - now.sine * drive_.sine - now.decay * decay_now_;
 }
 
@@ -308,10 +321,7 @@ bool ContactFlow::flight(double& time, double length, double* s, const int* mode
 void ContactFlow::drift(double t, double* s) const {
   double* z = s + 2 * flow_.modes();
   const int zeros = static_cast<int>(drift_now_.size());
-  for (int i = 0; i < zeros; ++i) {
-    z[i] += t * drift_now_[i];
-    for (int j = 0; j < zeros; ++j) z[i] += 0.5 * t * t * flow_.chain()(i, j) * drift_now_[j];
-  }
+  for (int i = 0; i < zeros; ++i) z[i] += t * (drift_now_[i] + 0.5 * t * drift_later_[i]);
 }
 
 /// Root of a guard that is g at t, by the depth's rate where it is the depth that ends the mode.
@@ -420,9 +430,7 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
       while (level_ < levels && options_.longest_step / (1 << level_) > 0.51 * h);
       if (level_ >= levels) {
         level_ = levels - 1;
-        for (int i = 0; i < flow_.size(); ++i)
-          if (!std::isfinite(s[i])) return IntegrationStatus::not_finite;
-        return IntegrationStatus::step_too_small;
+        return allFinite(s, flow_.size()) ? IntegrationStatus::step_too_small : IntegrationStatus::not_finite;
       }
       continue;
     }
@@ -453,9 +461,7 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
     last_ended_ = true;
     if (!last && level_ > 0 && size < grow_below) --level_;
   }
-  for (int i = 0; i < flow_.size(); ++i)
-    if (!std::isfinite(s[i])) return IntegrationStatus::not_finite;
-  return IntegrationStatus::ok;
+  return allFinite(s, flow_.size()) ? IntegrationStatus::ok : IntegrationStatus::not_finite;
 }
 
 }  // namespace amb_rotor

@@ -1,7 +1,6 @@
 // A step of contact: the forces of all nodes of a step by Newton's method, its error, and what it does to s.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 
 #include "amb_rotor/integration/contact_flow.hpp"
@@ -22,6 +21,26 @@ constexpr int measured_every = 8;
 /// Change of tangents (of their size) and of directions [rad] from which Newton's matrix is made anew.
 constexpr double stale = 0.05;
 
+/// The inverse of a matrix near 1, in its place (Gauss and Jordan, without pivoting). A row is one run of numbers without
+/// exceptions: its pivot's column is what the row that is subtracted has there, 1 more than what is to stay.
+template <int count, int width>
+void invert(double (&a)[width][width]) {
+  static const Eigen::Matrix<double, count, count> one = Eigen::Matrix<double, count, count>::Identity();
+  for (int p = 0; p < count; ++p) {
+    const double inverse = 1.0 / a[p][p];
+    const double* unit = &one(0, p);
+    double row[count];
+    for (int l = 0; l < count; ++l) row[l] = (a[p][l] + unit[l]) * inverse;
+    for (int l = 0; l < count; ++l) a[p][l] = row[l] - unit[l];
+    const auto clear = [&](double* other) {
+      const double factor = other[p];
+      for (int l = 0; l < count; ++l) other[l] -= factor * row[l];
+    };
+    for (int k = 0; k < p; ++k) clear(a[k]);
+    for (int k = p + 1; k < count; ++k) clear(a[k]);
+  }
+}
+
 }  // namespace
 
 void ContactFlow::pushAtNodes(const LinearFlow::Table& table, double time) {
@@ -31,7 +50,8 @@ void ContactFlow::pushAtNodes(const LinearFlow::Table& table, double time) {
     (*pushes_)(time + x[j] * table.h, pushed_.data());
     for (int i = 0; i < others; ++i) u_[LinearFlow::column(end_inputs + i, j)] = pushed_[i];
   }
-  free_.noalias() += table.forced.rightCols(others * points) * u_.tail(others * points);
+  free_.head<points * rows>().noalias() += table.forced.rightCols(others * points) * u_.tail(others * points);
+  free_.tail<rows>().noalias() += table.forced_end.rightCols(others * points) * u_.tail(others * points);
 }
 
 /// The last step's polynomial at this one's nodes: kept, as steps of a length follow each other.
@@ -63,13 +83,17 @@ void ContactFlow::guess(const LinearFlow::Table& table, const int* mode) {
   }
 }
 
-/// Outputs at all nodes and the end under the forces.
-void ContactFlow::push(const LinearFlow::Table& table, const int* mode) {
+/// Outputs under the forces, of those rows: what they are without, and a product for the ends that carry.
+void ContactFlow::pushRows(const AlignedMatrix& forced, int first_row, const int* mode) {
   constexpr int of_end = 2 * points;
-  w_ = free_;
+  double* const w = &w_[first_row];
+  std::copy_n(&free_[first_row], forced.rows(), w);
+  const auto add = [&](int first, int columns) {
+    product(forced.col(first).data(), forced.rows(), columns, &u_[first], w, true);
+  };
+  if (mode[0] != 0 && mode[1] != 0) return add(0, ends * of_end);
   for (int e = 0; e < ends; ++e)
-    if (mode[e] != 0)
-      product(table.forced.col(of_end * e).data(), (points + 1) * rows, of_end, &u_[of_end * e], w_.data(), true);
+    if (mode[e] != 0) add(of_end * e, of_end);
 }
 
 /// How far the drive's angle and decay get to the nodes and the end of a step: kept, as each step of the ladder is taken
@@ -84,6 +108,8 @@ const ContactFlow::Turn& ContactFlow::turnOf(const LinearFlow::Table& table) {
     turn.cosine[i] = std::cos(drive_.speed * t);
     turn.sine[i] = std::sin(drive_.speed * t);
     turn.decay[i] = std::exp(-drive_.rate * t);
+    turn.by_angle.middleRows<rows>(i * rows) << turn.cosine[i] * kept_.col(1) + turn.sine[i] * kept_.col(2),
+        turn.cosine[i] * kept_.col(2) - turn.sine[i] * kept_.col(1);
   }
   return turn;
 }
@@ -93,11 +119,15 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
   product(table.free.data(), table.free.rows(), flow_.size(), s, free_.data(), false);
   const Turn& turn = turnOf(table);
   const Phase& begun = phaseAt(time);
+  const double angle[] = {begun.cosine, begun.sine};
+  product(turn.by_angle.data(), turn.by_angle.rows(), 2, angle, free_.data(), true);
   for (int i = 0; i <= points; ++i) {
+    const double decay = begun.decay * turn.decay[i];
+    free_.segment<rows>(i * rows) += kept_.col(0) + decay * kept_.col(3);
+  }
+  for (int i = 0; i <= points && drift_now_.size() > 0; ++i) {
     const double t = (i < points ? x[i] : 1.0) * table.h;
-    const Phase now = begun.turned(turn, i, t);
-    const double share[kept_columns] = {1.0, now.cosine, now.sine, now.decay, t, t * t};
-    product(kept_.data(), rows, kept_columns, share, &free_[i * rows], true);
+    free_.segment<rows>(i * rows) += t * kept_.col(4) + t * t * kept_.col(5);
   }
   if (pushes_ != nullptr) pushAtNodes(table, time);
   guess(table, mode);
@@ -108,7 +138,7 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
   double previous = 0.0;
   for (int pass = 0; pass < flow_iterations; ++pass) {
     before_.swap(w_);
-    push(table, mode);
+    pushRows(table.forced, 0, mode);
     double most[per_end] = {};  // of all nodes and ends in contact
     for (int k = 0; k < unknowns_; ++k) {
       const int at = unknown_[k] / ends * rows + unknown_[k] % ends * per_end;
@@ -126,6 +156,7 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
       const double left = change * contraction_ / std::max(1e-3, 1.0 - contraction_);
       if (unknowns_ == 0 || change < converged ||
           ((pass > 1 || same) && contraction_ < 0.7 && left < converged)) {
+        pushRows(table.forced_end, points * rows, mode);
         return true;
       }
       if (pass > 2 && change > 0.7 * previous) return false;
@@ -150,95 +181,81 @@ void ContactFlow::evaluate() {
     const int i = unknown_[k] / ends, e = unknown_[k] % ends;
     const double* at = &w_[i * rows + per_end * e];
     guards_[i * ends + e] = contacts_.force(e, at, &evaluated_[LinearFlow::column(2 * e, i)], normal_[k]);
-    const double inverse = 1.0 / std::sqrt(at[0] * at[0] + at[1] * at[1]);
-    direction_[k][0] = at[0] * inverse;
-    direction_[k][1] = at[1] * inverse;
   }
   statistics_.evaluations += unknowns_;
 }
 
-/// Whether the factors that are there serve this step, too: the same table, and tangents and directions that
+/// Whether the inverse that is there serves this step, too: the same table, and tangents and directions that
 /// have changed by little (which the contraction that is measured tells of).
 bool ContactFlow::stillFits(const LinearFlow::Table& table) const {
-  if (lu_h_ != table.h || lu_unknowns_ != unknowns_) return false;
+  if (made_h_ != table.h || made_unknowns_ != unknowns_) return false;
   for (int k = 0; k < unknowns_; ++k) {
-    const EndContacts::Normal &now = normal_[k], &then = lu_normal_[k];
-    if (unknown_[k] != lu_unknown_[k] || std::abs(now.slope - then.slope) > stale * then.slope ||
+    const EndContacts::Normal &now = normal_[k], &then = made_normal_[k];
+    if (unknown_[k] != made_unknown_[k] || std::abs(now.slope - then.slope) > stale * then.slope ||
         std::abs(now.damping - then.damping) > stale * then.damping ||
-        std::abs(direction_[k][0] * lu_direction_[k][1] - direction_[k][1] * lu_direction_[k][0]) > stale)
+        std::abs(now.x * then.y - now.y * then.x) > stale)
       return false;
   }
   return true;
 }
 
 /// N_i = k_i n_i.x_i + c_i n_i.v_i + ..., x_i and v_i moved by all u_j = -N_j e_j (e: the normal, turned by
-/// the friction's share): factors of the matrix of N - k n.x(N) - c n.v(N).
+/// the friction's share): the inverse of the matrix of N - k n.x(N) - c n.v(N), by columns.
 template <int count>
 void ContactFlow::linearise(const LinearFlow::Table& table) {
-  double turned[most_unknowns][2];
+  constexpr int carrying = count / points;
+  double weight[count][per_end];
+  for (int k = 0; k < count; ++k) {
+    const EndContacts::Normal& n = normal_[k];
+    const double of_outputs[per_end] = {n.slope * n.x, n.slope * n.y, n.damping * n.x, n.damping * n.y};
+    std::copy(std::begin(of_outputs), std::end(of_outputs), weight[k]);
+  }
+  int end[carrying];
+  for (int c = 0; c < carrying; ++c) end[c] = unknown_[c * points] % ends;
   for (int l = 0; l < count; ++l) {
-    const int j = unknown_[l] / ends, f = unknown_[l] % ends;
-    const double* u = &evaluated_[LinearFlow::column(2 * f, j)];
-    const double inverse = normal_[l].force != 0.0 ? -1.0 / normal_[l].force : 0.0;
-    turned[l][0] = inverse != 0.0 ? u[0] * inverse : direction_[l][0];
-    turned[l][1] = inverse != 0.0 ? u[1] * inverse : direction_[l][1];
+    const int column = LinearFlow::column(2 * end[l / points], l % points);
+    const EndContacts::Normal& n = normal_[l];
+    const double share = n.force != 0.0 ? -1.0 / n.force : 0.0;
+    const double ex = share != 0.0 ? evaluated_[column] * share : n.x;
+    const double ey = share != 0.0 ? evaluated_[column + 1] * share : n.y;
+    const double *by_x = table.forced.col(column).data(), *by_y = by_x + points * rows;
+    for (int c = 0; c < carrying; ++c)
+      for (int i = 0; i < points; ++i) {
+        const double *x = by_x + i * rows + end[c] * per_end, *y = by_y + i * rows + end[c] * per_end;
+        const double* w = weight[c * points + i];
+        double sum[2];  // of displacements and velocities, along each axis
+        for (int axis = 0; axis < 2; ++axis)
+          sum[axis] = w[axis] * (ex * x[axis] + ey * y[axis]) + w[2 + axis] * (ex * x[2 + axis] + ey * y[2 + axis]);
+        inverse_[l][c * points + i] = sum[0] + sum[1];
+      }
+    inverse_[l][l] += 1.0;
   }
-  double weight[most_unknowns][per_end];
-  for (int k = 0; k < count; ++k)
-    for (int axis = 0; axis < 2; ++axis) {
-      weight[k][axis] = normal_[k].slope * direction_[k][axis];
-      weight[k][2 + axis] = normal_[k].damping * direction_[k][axis];
-    }
-  Eigen::Matrix<double, points * rows, 1> moved;  // outputs at the nodes by one unknown
-  for (int l = 0; l < count; ++l) {
-    const int j = unknown_[l] / ends, f = unknown_[l] % ends, column = LinearFlow::column(2 * f, j);
-    moved = turned[l][0] * table.forced.col(column).head<points * rows>() +
-            turned[l][1] * table.forced.col(column + 1).head<points * rows>();
-    for (int k = 0; k < count; ++k) {
-      const double* at = &moved[unknown_[k] / ends * rows + unknown_[k] % ends * per_end];
-      double sum = k == l ? 1.0 : 0.0;
-      for (int o = 0; o < per_end; ++o) sum += weight[k][o] * at[o];
-      lu_[k][l] = sum;
-    }
-  }
-  lu_h_ = table.h;
-  lu_unknowns_ = count;
-  std::copy(std::begin(unknown_), std::end(unknown_), lu_unknown_);
-  std::copy(std::begin(normal_), std::end(normal_), lu_normal_);
-  std::memcpy(lu_direction_, direction_, sizeof direction_);
-  // the matrix is near 1 where the step suits the contact: no pivoting; where it is not, the passes do not
-  // contract
-  for (int p = 0; p < count; ++p) {
-    lu_[p][p] = 1.0 / lu_[p][p];
-    for (int k = p + 1; k < count; ++k) {
-      const double factor = lu_[k][p] *= lu_[p][p];
-      for (int l = p + 1; l < count; ++l) lu_[k][l] -= factor * lu_[p][l];
-    }
-  }
+  made_h_ = table.h;
+  made_unknowns_ = count;
+  std::copy(std::begin(unknown_), std::end(unknown_), made_unknown_);
+  std::copy(std::begin(normal_), std::end(normal_), made_normal_);
+  // the matrix is near 1 where the step suits the contact; where it is not, the passes do not contract
+  invert<count>(inverse_);
 }
 
 /// Newton's step in the normal forces; directions are those of the evaluation.
 template <int count>
 void ContactFlow::correct() {
-  double moved[most_unknowns], plain[most_unknowns];  // Newton's step, the fixed point's
+  double moved[count] = {}, plain[count];  // Newton's step, the fixed point's
   for (int k = 0; k < count; ++k) {
     const int i = unknown_[k] / ends, e = unknown_[k] % ends;
     const double* u = &u_[LinearFlow::column(2 * e, i)];
-    moved[k] = normal_[k].force + u[0] * direction_[k][0] + u[1] * direction_[k][1];
-    plain[k] = moved[k];
-    for (int l = 0; l < k; ++l) moved[k] -= lu_[k][l] * moved[l];
+    plain[k] = normal_[k].force + u[0] * normal_[k].x + u[1] * normal_[k].y;
   }
-  for (int k = count - 1; k >= 0; --k) {
-    for (int l = k + 1; l < count; ++l) moved[k] -= lu_[k][l] * moved[l];
-    moved[k] *= lu_[k][k];
-  }
+  for (int l = 0; l < count; ++l)
+    for (int k = 0; k < count; ++k) moved[k] += inverse_[l][k] * plain[l];
   for (int k = 0; k < count; ++k) {
     const int i = unknown_[k] / ends, e = unknown_[k] % ends, column = LinearFlow::column(2 * e, i);
-    const double beyond = moved[k] - plain[k], force = normal_[k].force;
-    for (int axis = 0; axis < 2; ++axis) {
-      const double evaluated = evaluated_[column + axis];
-      u_[column + axis] = evaluated + beyond * (force != 0.0 ? evaluated / force : -direction_[k][axis]);
-    }
+    const EndContacts::Normal& n = normal_[k];
+    const double* const evaluated = &evaluated_[column];
+    const double beyond = moved[k] - plain[k], share = beyond / n.force;
+    u_[column] = evaluated[0] + (n.force != 0.0 ? share * evaluated[0] : -beyond * n.x);
+    u_[column + 1] = evaluated[1] + (n.force != 0.0 ? share * evaluated[1] : -beyond * n.y);
   }
 }
 
@@ -265,8 +282,12 @@ void ContactFlow::take(const LinearFlow::Table& table, const int* mode, double* 
   const auto add = [&](int first, int columns) {
     product(table.response.col(first).data(), flow_.size(), columns, &u_[first], s, true);
   };
-  for (int e = 0; e < ends; ++e)
-    if (mode[e] != 0) add(of_end * e, of_end);
+  if (mode[0] != 0 && mode[1] != 0) {
+    add(0, ends * of_end);
+  } else {
+    for (int e = 0; e < ends; ++e)
+      if (mode[e] != 0) add(of_end * e, of_end);
+  }
   if (pushes_ != nullptr) add(end_inputs * points, (flow_.inputs() - end_inputs) * points);
 }
 

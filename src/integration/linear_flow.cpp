@@ -352,8 +352,11 @@ void LinearFlow::move(const double* real, const double* imaginary, double t, dou
   double* z = s + 2 * n;
   double before[64];
   for (int i = 0; i < zeros_; ++i) before[i] = z[i];
-  for (int i = 0; i < zeros_; ++i)
-    for (int j = 0; j < zeros_; ++j) z[i] += t * chain_(i, j) * before[j];
+  for (int j = 0; j < zeros_; ++j) {
+    const double* column = &chain_(0, j);
+    const double along = t * before[j];
+    for (int i = 0; i < zeros_; ++i) z[i] += along * column[i];
+  }
 }
 
 }  // namespace amb_rotor

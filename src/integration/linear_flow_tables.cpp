@@ -99,7 +99,8 @@ LinearFlow::Table LinearFlow::emptyTable() const {
   t.real.setZero(modes());
   t.imaginary.setZero(modes());
   t.free.setZero((flow_nodes + 1) * outputs(), size());
-  t.forced.setZero((flow_nodes + 1) * outputs(), inputs() * flow_nodes);
+  t.forced.setZero(flow_nodes * outputs(), inputs() * flow_nodes);
+  t.forced_end.setZero(outputs(), inputs() * flow_nodes);
   t.response.setZero(size(), inputs() * flow_nodes);
   t.parts.setZero(3 * outputs(), inputs() * flow_nodes);
   return t;
@@ -109,6 +110,11 @@ void LinearFlow::build(double h, Table& table) const {
   table.h = h;
   const int n = modes(), rows = outputs();
   table.forced.setZero();
+  table.forced_end.setZero();
+  const auto forced = [&](int point, int at, int output, int count) {
+    double* first = point < flow_nodes ? &table.forced(point * rows + output, at) : &table.forced_end(output, at);
+    return Eigen::Map<Eigen::VectorXd>(first, count);
+  };
   for (int point = 0; point <= flow_nodes; ++point) {
     const double x = point < flow_nodes ? gauss_rule.x[point] : 1.0, t = x * h;
     const int first = point * rows;
@@ -133,7 +139,7 @@ void LinearFlow::build(double h, Table& table) const {
         for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
           const Transfer& q = transfer_[at];
           const int by = k * inputs() + q.input;
-          table.forced.col(column(q.input, j)).segment(first + q.output, q.outputs) +=
+          forced(point, column(q.input, j), q.output, q.outputs) +=
               re * carried_real_.col(by).segment(q.output, q.outputs) - im * carried_imaginary_.col(by).segment(q.output, q.outputs);
         }
         if (point < flow_nodes) continue;
@@ -155,7 +161,7 @@ void LinearFlow::build(double h, Table& table) const {
       }
       for (int i = 0; i < inputs(); ++i) {
         const int at = column(i, j);
-        table.forced.col(at).segment(point * rows, rows) += once * drifts_.col(i) + twice * later_drifts_.col(i);
+        forced(point, at, 0, rows) += once * drifts_.col(i) + twice * later_drifts_.col(i);
         if (point == flow_nodes)
           table.response.col(at).tail(zeros_) = once * b_.col(i).tail(zeros_) + twice * later_pushed_.col(i);
       }
@@ -165,7 +171,7 @@ void LinearFlow::build(double h, Table& table) const {
     for (int o = 0; o < rows; ++o) {
       double constant = 0.0, highest = 0.0;
       for (int j = 0; j < flow_nodes; ++j) {
-        const double response = table.forced(flow_nodes * rows + o, column(i, j));
+        const double response = table.forced_end(o, column(i, j));
         constant += response;
         highest += response * gauss_rule.top_value[j];
       }

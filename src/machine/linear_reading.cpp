@@ -56,7 +56,7 @@ double LinearReading::general(int end, const double* w, double* u, Normal& norma
   const double tangential = c.normal_force * coulombFactor(c.friction_coefficient, c.slip);
   u[0] = -c.normal_force * c.normal.x - tangential * c.normal.y;
   u[1] = -c.normal_force * c.normal.y + tangential * c.normal.x;
-  normal = {c.normal_force, c.slope, c.damping};
+  normal = {c.normal_force, c.slope, c.damping, c.normal.x, c.normal.y};
   return std::min(c.penetration, c.margin);
 }
 
@@ -316,6 +316,7 @@ void LinearReading::recogniseLaw() {
   for (const bool hertz : {false, true}) {
     law.hertz = hertz;
     law.stiffness = at.force / (hertz ? std::pow(depth, 1.5) : depth);
+    law.compliance = 1.0 / law.stiffness;
     law.damping = hertz ? at.damping / at.force : at.damping;
     Spread spread;
     law.known = true;

@@ -26,7 +26,7 @@ namespace amb_rotor {
 /// one.
 struct PlainLaw {
   bool known = false, hertz = false;
-  double stiffness = 0.0, damping = 0.0, friction = 0.0, clearance = 0.0, surface_speed = 0.0;
+  double stiffness = 0.0, compliance = 0.0, damping = 0.0, friction = 0.0, clearance = 0.0, surface_speed = 0.0;
 
   double force(const double* w, double* u, EndContacts::Normal& normal) const {
     const double distance = std::sqrt(w[0] * w[0] + w[1] * w[1] + 1e-30), inverse = 1.0 / distance;
@@ -35,13 +35,13 @@ struct PlainLaw {
     double margin;
     if (hertz) {
       const NormalForce<double> law = hertzContact(stiffness, damping, depth, rate);
-      normal = {law.force, law.slope, law.damping};
+      normal = {law.force, law.slope, law.damping, nx, ny};
       margin = law.margin;
     } else {
-      normal = {stiffness * depth + damping * rate, stiffness, damping};
-      margin = normal.force / stiffness;
+      normal = {stiffness * depth + damping * rate, stiffness, damping, nx, ny};
+      margin = normal.force * compliance;
     }
-    const double share = slip / friction_regularisation_m_s;
+    const double share = slip * (1.0 / friction_regularisation_m_s);
     const double tangential = -friction * normal.force *
                               (std::abs(share) > saturated ? std::copysign(1.0, share) : std::tanh(share));
     u[0] = -normal.force * nx - tangential * ny;

@@ -35,9 +35,9 @@ class EndContacts {
  public:
   virtual ~EndContacts() = default;
   /// The normal force, away from the bearing's centre against the displacement, with its derivatives by depth
-  /// and by the depth's rate [N, N/m, N s/m].
+  /// and by the depth's rate [N, N/m, N s/m]; the displacement's direction.
   struct Normal {
-    double force = 0.0, slope = 0.0, damping = 0.0;
+    double force = 0.0, slope = 0.0, damping = 0.0, x = 1.0, y = 0.0;
   };
   /// Force on the system at an end that carries, and its guard: positive while it goes on carrying [m].
   virtual double force(int end, const double* w, double* u, Normal& normal) const = 0;
@@ -97,10 +97,11 @@ class ContactFlow {
   bool flight(double& time, double length, double* s, const int* mode, int& end);
   void pushAtNodes(const LinearFlow::Table& table, double time);
   void guess(const LinearFlow::Table& table, const int* mode);
-  void push(const LinearFlow::Table& table, const int* mode);
+  void pushRows(const AlignedMatrix& forced, int first_row, const int* mode);
   struct Turn {
     double h = -1.0;
     double cosine[points + 1], sine[points + 1], decay[points + 1];
+    Eigen::Matrix<double, (points + 1) * rows, 2> by_angle;  ///< outputs there from the angle's cosine and sine at the start
   };
   const Turn& turnOf(const LinearFlow::Table& table);
   /// Of the drive at a time since the start.
@@ -112,6 +113,7 @@ class ContactFlow {
     }
   };
   Phase phaseOf(double time) const;
+  const Phase& exactPhase(double time) const;
   const Phase& phaseAt(double time);
   void weighGuess(double begin, double stretch);
   void evaluate();
@@ -141,6 +143,7 @@ class ContactFlow {
   double angle_ = 0.0;  ///< at the start
   const Pushes* pushes_ = nullptr;
   Eigen::VectorXd rest_now_, drift_now_, decay_now_;  ///< of the values of this interval
+  Eigen::VectorXd drift_later_;                       ///< J drift_now_
   Eigen::MatrixXd rest_outputs_, decay_outputs_;      ///< of rest_by, decay_by
   Eigen::VectorXd rest_output_;
   static constexpr int kept_own = 4;          ///< lengths to the instants of a period come again
@@ -148,6 +151,7 @@ class ContactFlow {
   Turn turn_[levels + kept_own];
   int next_own_ = 0;
   Phase phase_;
+  mutable Phase exact_;
   double guess_begin_ = -1.0, guess_stretch_ = 0.0, guess_weight_[points][points];
   int level_ = 4, first_level_ = 4;
   bool fresh_ = false;
@@ -161,12 +165,11 @@ class ContactFlow {
   Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, pushed_, parts_;
   static constexpr int most_unknowns = LinearFlow::nodes * ends;
   EndContacts::Normal normal_[most_unknowns];                 ///< of the last evaluation, per node and end
-  double direction_[most_unknowns][2] = {};                   ///< of displacement
-  double lu_[most_unknowns][most_unknowns];                   ///< of Newton's matrix
+  double inverse_[most_unknowns][most_unknowns];              ///< of Newton's matrix, by columns
   int unknown_[most_unknowns] = {}, unknowns_ = 0;            ///< node * ends + end
-  double lu_h_ = -1.0, lu_direction_[most_unknowns][2] = {};  ///< what the factors were made of
-  int lu_unknowns_ = 0, lu_unknown_[most_unknowns] = {};
-  EndContacts::Normal lu_normal_[most_unknowns];
+  double made_h_ = -1.0;  ///< what the inverse was made of
+  int made_unknowns_ = 0, made_unknown_[most_unknowns] = {};
+  EndContacts::Normal made_normal_[most_unknowns];
   double contraction_ = 1.0,
          contraction_h_ = 0.0;  ///< of one pass, as last measured, and the step it belongs to
   int since_measured_ = 0;

@@ -71,7 +71,8 @@ class LinearFlow {
     double h = -1.0;
     Eigen::VectorXd real, imaginary;  ///< exp(lambda h)
     AlignedMatrix free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
-    AlignedMatrix forced;    ///< the same from u: (nodes + 1) outputs x inputs nodes
+    AlignedMatrix forced;    ///< the same from u, at nodes: nodes outputs x inputs nodes
+    AlignedMatrix forced_end;  ///< at the end: outputs x inputs nodes
     AlignedMatrix response;  ///< s at the end from u: size x inputs nodes
     AlignedMatrix parts;     ///< outputs at the end from parts of u, 3 outputs x inputs nodes: from its highest Legendre
                                ///< polynomial, from its mean, and from that polynomial's coefficient as if it were constant
