@@ -1,5 +1,6 @@
 #pragma once
 // Fits of the belief with further effects to a data set's runs, and what they are measured against.
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -44,6 +45,8 @@ struct References {
   std::shared_ptr<const StartScreen> screen;  ///< about `free`
   double worth = 0.0;  ///< evidence that an effect must have to be adopted for what it does without contact, about
 
+  /// Evidence of what would take all that is above the noise without contact, over the noise.
+  double most() const { return 0.5 * std::max(0.0, free.fit.squares - free.fit.count); }
   const Trial& of(const Trial& trial) const {
     return !needsContact(trial.effect) ? free : trial.stride > 1 ? sparse : contact;
   }

@@ -42,6 +42,9 @@ constexpr double plain_gain = 0.95;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
+/// Share of the evidence that all of what is unexplained would be, which a pair must promise where a plain law explains that.
+constexpr double as_good = 0.9;
+
 /// Effects adopted at most where a pair comes on top of the steps.
 constexpr int most_adopted = 4;
 
@@ -86,7 +89,7 @@ class Diagnoser {
   bool lawLeavesLess();
   void standBy(Diagnosis& out);
   double sampledError();
-  bool adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out);
+  bool adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out);
 
   Candidates candidates_;
   DiagnosisOptions options_;
@@ -390,9 +393,9 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
   return nullptr;
 }
 
-/// Two effects that only help together.
-bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, Diagnosis& out) {
-  std::vector<PairTrial> pairs = tryPairs(candidates_, trials, adopted_, references_, [&](const std::string& names) {
+/// Two effects that only help together and promise some evidence.
+bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out) {
+  std::vector<PairTrial> pairs = tryPairs(candidates_, trials, adopted_, references_, least, [&](const std::string& names) {
     progress(share - 0.02, "together: " + names);
   });
   for (auto& pair : pairs) {
@@ -425,14 +428,17 @@ Diagnosis Diagnoser::run() {
     std::vector<Trial> trials = screen(from, to, true);
     if (step == 0) rank(trials, out);
     const Trial* chosen = adoptBest(trials, to, out);
-    if (chosen == nullptr && step == 0 && lawIsPlain(to)) break;
-    if (chosen == nullptr && contact_waited_) {  // in vain
+    const bool plain_law = chosen == nullptr && step == 0 && lawIsPlain(to);
+    if (plain_law && !adoptPair(trials, to, as_good * references_.most(), out)) break;
+    if (chosen == nullptr && contact_waited_ && !plain_law) {  // in vain
       trials = screen(from, to, false);
       if (step == 0) rank(trials, out);
       chosen = adoptBest(trials, to, out);
     }
     if (chosen == nullptr) {
-      if (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, out)) break;
+      if (!plain_law &&
+          (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, 0.0, out)))
+        break;
       if (clean()) break;
       continue;
     }

@@ -26,11 +26,6 @@ constexpr double robust_excess = 3.0;
 constexpr double group_s = 10 * contact_window_s;
 /// Mean square over the noise from which on a thorough evaluation tries all guesses of a window's start.
 constexpr double thrown_off = 1.5;
-/// Share of a window's squares by which a step must lower them for another; one that stays far off is not worth as many.
-constexpr double settled = 2e-3, settled_far_off = 2e-2;
-/// A further guess that after so many steps leaves so many times the squares of the best one is let go.
-constexpr int passes_of_a_guess = 2;
-constexpr double hopeless_guess = 3.0;
 /// Share of a window's squares that its start may still win for the linear step to be trusted.
 constexpr double linear_share = 0.1;
 
@@ -274,9 +269,8 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
         ringFollows(start, ring_beyond);
       }
     }
-    const double far_off = thrown_off * static_cast<double>(n) * channels;
     // moves the start to where it fits best from `guess`, the run's unknowns held; its squares
-    const auto refine = [&](double least_so_far) {
+    const auto refine = [&]() {
       double damping = 1e-4, best_squares = 1e300;
       MachineState<double> best = start;
       Eigen::MatrixXd best_h;
@@ -296,8 +290,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
           if (best_h.size() == 0) break;
           damping = std::min(std::max(damping * 30.0, 1e-3), 1e8);
         }
-        if (better && pass > 0 && drop < (best_squares > far_off ? settled_far_off : settled) * best_squares) break;
-        if (pass >= passes_of_a_guess && best_squares > hopeless_guess * least_so_far) break;
+        if (better && pass > 0 && drop < 2e-3 * best_squares) break;
         Eigen::MatrixXd own = best_h;
         Eigen::VectorXd right = best_b;
         for (int k = 0; k < w; ++k) {
@@ -313,6 +306,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       return best_squares;
     };
     // a start kept from the last evaluation is mostly good as it stands: then one linearisation does
+    const double far_off = thrown_off * static_cast<double>(n) * channels;
     bool good = !fresh && linearise(start, true) && ownGain(start, g) < linear_share * window_squares;
     if (!good || (options.thorough && window_squares > far_off)) {
       // begin where the last evaluation ended, where the window before led to, or at what was measured
@@ -326,7 +320,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       MachineState<double> best_start = start, best_guess = guess;
       for (const auto& one : byPrediction(guesses)) {
         guess = start = one;
-        const double squares_left = refine(least);
+        const double squares_left = refine();
         if (squares_left < least) {
           least = squares_left;
           best_start = start;

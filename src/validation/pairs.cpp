@@ -72,7 +72,7 @@ std::vector<PairGain> pairGains(const Trial& all, const std::vector<std::string>
 }
 
 std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<Trial>& screened,
-                                const Settings& adopted, const References& references,
+                                const Settings& adopted, const References& references, double least,
                                 const std::function<void(const std::string&)>& tell) {
   std::vector<std::pair<std::string, std::string>> pairs;
   const auto join = [&](const std::string& a, const std::string& b) {
@@ -108,11 +108,11 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
         candidates.fit(all, &nuisance, references.free.local, {Through::free, 0, false, true});
     if (joint.fit.finite)
       for (const PairGain& gain : pairGains(joint, linear, std::max(least_more, least_promise * references.worth)))
-        if (pairs.size() < most_linear) join(gain.first, gain.second);
+        if (pairs.size() < most_linear && gain.evidence >= least) join(gain.first, gain.second);
   }
   // an effect without contact stands still in fits through contact: such a pair would be one effect only
   if (best.size() == 2 && needsContact(best[0]) == needsContact(best[1]) &&
-      (needsContact(best[0]) || best_promise > least_promise * references.worth))
+      best_promise >= least && (needsContact(best[0]) || best_promise > least_promise * references.worth))
     join(best[0], best[1]);
 
   std::vector<PairTrial> out;

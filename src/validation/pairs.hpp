@@ -31,8 +31,9 @@ struct PairGain {
 std::vector<PairGain> pairGains(const Trial& all, const std::vector<std::string>& effects, double least);
 
 /// Fits of the most promising pairs, best evidence first; at most six. `tell` hears the names.
+/// @param least  evidence that a pair must promise
 std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<Trial>& screened,
-                                const Settings& adopted, const References& references,
+                                const Settings& adopted, const References& references, double least,
                                 const std::function<void(const std::string&)>& tell);
 
 }  // namespace amb_rotor
