@@ -332,8 +332,9 @@ Unexplained inContactOnly() {
 /// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
 /// where no effect earned its place, none that shows in contact only and no pair.
 bool Diagnoser::lawIsPlain(double share) {
-  const bool doubted = errors_.validation_error_free > structured_error || leavesMoreThanDetails(begun_, errors_);
-  if (!doubted || (!adopted_.empty() && needsContact(adopted_.back().id))) return false;
+  const bool little = adopted_.empty() || !leavesMoreThanDetails(begun_, errors_);
+  if (errors_.validation_error_free < structured_error && little) return false;
+  if (!adopted_.empty() && needsContact(adopted_.back().id)) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBeside(first_, LawEffort::plain);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;

@@ -19,23 +19,6 @@ struct Path {
   std::vector<Shaft<double>> shaft;
 };
 
-/// Value and slope [1/instant] of the parabola about an instant; at the ends of a run the first and last that are whole.
-void parabolaAt(const std::vector<double>& rows, long samples, int channel, long at, double& value, double& slope) {
-  const long middle = std::clamp(at, half_width, samples - 1 - half_width);
-  constexpr double n = 2 * half_width + 1, s2 = 60.0, s4 = 708.0;  // sums of 1, j^2, j^4 over -4 .. 4
-  double sum = 0.0, first = 0.0, second = 0.0;
-  for (long j = -half_width; j <= half_width; ++j) {
-    const double y = rows[(middle + j) * predicted_channels + channel];
-    sum += y;
-    first += j * y;
-    second += static_cast<double>(j * j) * y;
-  }
-  const double bend = (n * second - s2 * sum) / (n * s4 - s2 * s2), level = (sum - bend * s2) / n;
-  const double x = static_cast<double>(at - middle);
-  value = level + first / s2 * x + bend * x * x;
-  slope = first / s2 + 2.0 * bend * x;
-}
-
 Path measuredPath(const ReferenceRun& run, const Model& model) {
   const Recording& rec = run.recording;
   const auto& planes = model.rig.planes;
@@ -44,10 +27,7 @@ Path measuredPath(const ReferenceRun& run, const Model& model) {
     for (auto* of : {&out.position[end], &out.velocity[end], &out.current[end]}) of->resize(rec.samples);
   for (long i = 0; i < rec.samples; ++i) {
     double value[4], slope[4];
-    for (int c = 0; c < 4; ++c) {
-      parabolaAt(rec.measured, rec.samples, c, i, value[c], slope[c]);
-      slope[c] *= rec.run.sample_rate_hz;
-    }
+    for (int c = 0; c < 4; ++c) localParabola(rec, c, i - half_width, 2 * half_width + 1, i, value[c], slope[c]);
     for (int end = 0; end < 2; ++end) {
       const double share = (planes.amb[end] - planes.sensor[0]) / (planes.sensor[1] - planes.sensor[0]);
       const auto at = [&](const double* of) {
@@ -90,6 +70,7 @@ std::vector<std::vector<double>> responsesAlongPath(const ReferenceRun& run, con
                                                     const std::vector<EffectSetting>& forces) {
   const Recording& rec = run.recording;
   std::vector<std::vector<double>> out(forces.size());
+  if (model.amb_model != AmbModel::linear || model.coil) return out;  // no current that goes behind a lag alone
   for (int c = 0; c < 4; ++c)
     if (!(rec.noise[c] > 0.0)) return out;
   if (rec.samples < 2 * half_width + 1 || model.rig.planes.sensor[0] == model.rig.planes.sensor[1]) return out;

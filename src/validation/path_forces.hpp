@@ -14,9 +14,9 @@
 
 namespace amb_rotor {
 
-/// Changes of the predicted channels by each of the forces, samples * predicted_channels; empty where a sensor is missing
-/// or a prediction did not stay finite.
-/// @param model   that of the run's prediction; of linear magnetic bearings
+/// Changes of the predicted channels by each of the forces, samples * predicted_channels; empty where a sensor is missing, the
+/// magnetic bearings are not linear ones behind an amplifier's lag, or a prediction did not stay finite.
+/// @param model   that of the run's prediction
 /// @param forces  effects that add to the bearings' force; their size must leave the currents within their limit
 std::vector<std::vector<double>> responsesAlongPath(const ReferenceRun& run, const Model& model,
                                                     const std::vector<EffectSetting>& forces);

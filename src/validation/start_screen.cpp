@@ -90,6 +90,7 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
     const Part& part = parts_[n];
     const Recording& rec = recordings_[part.recording];
     const auto outs = changes({rec, part.angle_rad, part.run_in_s, part.predicted});
+    if (outs.empty()) return;
     constexpr long block = 256;
     Eigen::MatrixXd columns(block, size + 2);  // and 1, t of one channel
     for (int c = 0; c < predicted_channels; ++c) {
@@ -125,7 +126,7 @@ std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool
   const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
   std::vector<std::atomic<bool>> lost(starts.size());
   const Eigen::MatrixXd gram = products(s, [&](const ReferenceRun& run) {
-    std::vector<std::vector<double>> outs(starts.size());
+    std::vector<std::vector<double>> outs;
     if (run.recording.standstill && !standstill) return outs;
     std::vector<bool> finite;
     outs = predictions(run.recording, starts, run.angle_rad, run.run_in_s, finite);

@@ -175,10 +175,7 @@ double contactStep(const Model& model) {
   return std::max(step, 8e-6);
 }
 
-namespace {
-
-/// Value and slope [per s] of a channel at instant `at` from a parabola over `count` instants from `from` on.
-void parabola(const Recording& rec, int channel, long from, long count, long at, double& value, double& slope) {
+void localParabola(const Recording& rec, int channel, long from, long count, long at, double& value, double& slope) {
   from = std::max<long>(0, std::min(from, rec.samples - count));
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -192,8 +189,6 @@ void parabola(const Recording& rec, int channel, long from, long count, long at,
   value = c[0];
   slope = c[1] * rec.run.sample_rate_hz;
 }
-
-}  // namespace
 
 namespace {
 
@@ -287,7 +282,7 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
   const bool controlled = machine.ambModel() == AmbModel::linear;
   const auto& rig = model.rig;
   double value[4], slope[4];
-  for (int a = 0; a < 4; ++a) parabola(rec, a, first + span.from, span.count, first, value[a], slope[a]);
+  for (int a = 0; a < 4; ++a) localParabola(rec, a, first + span.from, span.count, first, value[a], slope[a]);
   double place[4], rate_of_place[4], soon[4];
   const double instant = 0.1 / rec.run.sample_rate_hz;
   for (int a = 0; a < 4; ++a) soon[a] = value[a] + instant * slope[a];
@@ -331,7 +326,7 @@ MachineState<double> stateFromMeasurement(const Recording& rec, const Model& mod
   }
   for (int a = 0; a < 4; ++a) {
     double current = 0.0, unused = 0.0;
-    if (rec.noise[4 + a] > 0.0) parabola(rec, 4 + a, first, 4, first, current, unused);
+    if (rec.noise[4 + a] > 0.0) localParabola(rec, 4 + a, first, 4, first, current, unused);
     state.current[a] = current;
     const std::size_t lags = state.lag.size() / 4;
     for (std::size_t j = 0; j < lags; ++j) state.lag[a * lags + j] = current;

@@ -18,3 +18,12 @@ def independent_set(seed: int, index: int, folder: pathlib.Path) -> tuple:
     made = folder / f"set-{index:04d}"
     truth = yaml.safe_load((made / "truth.yaml").read_text())
     return _core.read_dataset(str(made)), {entry["effect"]: entry["parameters"] for entry in truth["effects"]}
+
+
+def diagnosed_pair(seed: int, index: int, folder: pathlib.Path, first: str, second: str) -> tuple[dict, dict]:
+    """The diagnosis of a set by the two effects that it hides, found in this order, and their true parameters."""
+    dataset, hidden = independent_set(seed, index, folder)
+    assert set(hidden) == {first, second}
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=list(hidden))
+    assert [step["added"] for step in diagnosis["steps"]] == [first, second]
+    return diagnosis, hidden

@@ -7,18 +7,14 @@ from __future__ import annotations
 
 import pytest
 
-from amb_rotor import _core
-from independent_sets import independent_set
+from independent_sets import diagnosed_pair
 
 INDEX = 37  # of seed 11
 
 
 @pytest.mark.timeout(600)
 def test_contact_is_looked_at_beside_what_shows_without(tmp_path):
-    dataset, hidden = independent_set(11, INDEX, tmp_path)
-    assert set(hidden) == {"amplifier_lag", "velocity_dependent_friction"}
-    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=list(hidden))
-    assert [step["added"] for step in diagnosis["steps"]] == ["amplifier_lag", "velocity_dependent_friction"]
+    diagnosis, hidden = diagnosed_pair(11, INDEX, tmp_path, "amplifier_lag", "velocity_dependent_friction")
     first, second = diagnosis["ranking"]
     assert (first["effect"], first["beside"]) == ("amplifier_lag", "")
     assert (second["effect"], second["beside"]) == ("velocity_dependent_friction", "amplifier_lag")

@@ -7,18 +7,14 @@ from __future__ import annotations
 
 import pytest
 
-from amb_rotor import _core
-from independent_sets import independent_set
+from independent_sets import diagnosed_pair
 
 INDEX = 34  # of seed 11
 
 
 @pytest.mark.timeout(600)
 def test_a_seal_behind_a_drag_is_found(tmp_path):
-    dataset, hidden = independent_set(11, INDEX, tmp_path)
-    assert set(hidden) == {"spin_drag", "cross_coupled_stiffness"}
-    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=list(hidden))
-    assert [step["added"] for step in diagnosis["steps"]] == ["spin_drag", "cross_coupled_stiffness"]
+    diagnosis, hidden = diagnosed_pair(11, INDEX, tmp_path, "spin_drag", "cross_coupled_stiffness")
     assert 1.015 < diagnosis["steps"][0]["validation_error_free"] < 1.05, "the seal is hidden, or this shows nothing"
     for name in ("torque_N_m", "decay_per_s"):
         found = next(step for step in diagnosis["steps"] if step["added"] == "spin_drag")["parameters"][name]

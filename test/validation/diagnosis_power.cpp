@@ -31,5 +31,18 @@ TEST(DiagnosisPowerTest, AnAbsentEffectComesWithTheSizeThatWouldHaveBeenSeen) {
   EXPECT_TRUE(diagnosis.withdrawn.empty());
 }
 
+/// An error as near to the noise as a clean set's leaves a law nothing to explain, though a little above one.
+TEST(DiagnosisPowerTest, NoLawIsSoughtWhereTheErrorIsTheNoise) {
+  const MadeSet& set = madeSet(34, "none", 0.0, false);
+  DiagnosisOptions options;
+  options.candidates = {"static_load"};
+  std::string said;
+  options.progress = [&](double, const std::string& what) { said += what + "; "; };
+  const Diagnosis diagnosis = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(diagnosis.verdict, "none");
+  EXPECT_GT(diagnosis.baseline.validation_error_free, 1.0);
+  EXPECT_EQ(said.find("law"), std::string::npos) << said;
+}
+
 }  // namespace
 }  // namespace amb_rotor

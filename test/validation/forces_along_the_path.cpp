@@ -68,6 +68,16 @@ TEST(ForcesAlongThePath, ASmallForceDoesWhatItDoesInTheModel) {
   }
 }
 
+TEST(ForcesAlongThePath, WithoutAnAmplifiersLagThereIsNoWayIn) {
+  const Recording& rec = cleanSet().recordings.at(cleanSet().indexOf("steady_3"));
+  const std::vector<double> base = predicted(rec, cleanSet().truth());
+  Model coils = cleanSet().truth(), equivalent = coils;
+  coils.coil.emplace();
+  equivalent.amb_model = AmbModel::equivalent;
+  for (const Model& model : {coils, equivalent})
+    EXPECT_TRUE(responsesAlongPath({rec, 0.0, 0.0, base}, model, {law("position_N_per_m", -300.0)})[0].empty());
+}
+
 TEST(ForcesAlongThePath, WithoutASensorThereIsNoPath) {
   Recording rec = cleanSet().recordings.at(cleanSet().indexOf("steady_3"));
   const std::vector<double> base = predicted(rec, cleanSet().truth());

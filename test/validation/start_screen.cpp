@@ -53,6 +53,23 @@ TEST(StartScreenTest, GainIsThatOfTheParabolaAlongTheStart) {
   EXPECT_NEAR(both[1].share, -share, 0.01 * std::fabs(share));
 }
 
+TEST(StartScreenTest, RunsThatDoNotCountAreOutOfTheNuisanceToo) {
+  // what the shaft's angle does to an effect at standstill is not known: such a run says nothing, not that nothing happens
+  const MadeSet& set = madeSet(21, "none", 0.0, false);
+  const FitSpace space(set.dataset.belief, {});
+  ASSERT_GT(space.size(), 0);
+  const std::vector<LocalState> local(set.recordings.size());
+  const std::vector<int> turning = {set.indexOf("steady_1"), set.indexOf("steady_2")}, all = {turning[0], turning[1], set.indexOf("chirp_1")};
+  ASSERT_TRUE(set.recordings.at(all[2]).standstill);
+  const std::vector<Model> starts = {with(space.model(space.start()), "static_load", {0.05, 0.0})};
+  const auto gainOver = [&](const std::vector<int>& which, bool standstill) {
+    return StartScreen(set.recordings, which, space, space.start(), local, set.offset_std_m).gains(starts, true, standstill)[0].gain;
+  };
+  const double without = gainOver(turning, true);
+  EXPECT_GT(std::fabs(gainOver(all, true) - without), 1e-3 * without) << "the run at standstill would tell something";
+  EXPECT_NEAR(gainOver(all, false), without, 1e-9 * without);
+}
+
 /// Least of half the sum of squares over the columns named, with the residual as last column and priors as weights.
 double leastSquares(const Eigen::MatrixXd& rows, const Eigen::VectorXd& priors, const Eigen::VectorXd& pull,
                     const std::vector<int>& columns, double* last = nullptr) {

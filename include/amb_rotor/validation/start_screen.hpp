@@ -43,7 +43,8 @@ class StartScreen {
   /// @return for each; a gain of -1: its prediction did not stay finite
   std::vector<StartGain> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
 
-  /// Changes of a run's predicted channels, each of samples * predicted_channels or empty: none there.
+  /// Changes of a run's predicted channels, each of samples * predicted_channels or empty: none there. No changes at all: the
+  /// run does not count.
   using Changes = std::function<std::vector<std::vector<double>>(const ReferenceRun&)>;
   /// Products, over all runs, of the columns nuisance, residual, then `count` changes, over the noise and with the runs'
   /// offsets and drifts eliminated; without the nuisance's priors.

@@ -35,6 +35,10 @@ double settledRunIn(const Recording& rec, const Model& model, const Stretch& str
 /// below; the whirl's is read off the measurement. Never with a ring that turns itself, nor where a sensor is missing.
 bool slidesThroughout(const Recording& rec, const Model& model, long first, long last);
 
+/// Value and slope [per s] of a measured channel at instant `at`, from a parabola over `count` instants from `from` on (at the
+/// ends of a recording over the first or last).
+void localParabola(const Recording& rec, int channel, long from, long count, long at, double& value, double& slope);
+
 /// Instants that a local parabola goes through: the first of them, counted from the one looked at, and how many.
 struct MeasuredFrom {
   long from = 0, count = 8;
