@@ -35,6 +35,8 @@ constexpr std::size_t most_terms = 3;
 /// Rounds along the measured path; what is left out of the begin of a run, in which the force sets in.
 constexpr int path_rounds = 3;
 constexpr double begin_left_out_s = 0.1, begin_left_out_share = 0.2;
+/// Share of what is unexplained that terms must take to bring in quantities that the other terms do not depend on.
+constexpr double further_quantity_share = 0.1;
 /// Prior standard deviations by which a nuisance counts as pulled away.
 constexpr double far_from_belief = 1.0;
 
@@ -406,9 +408,41 @@ Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none,
   return stakes.nothingLeft(one.chi2) ? one : none;
 }
 
+/// The law without terms of quantities that the others have not, where these take little: the force along a path that is a
+/// little off has a shape that another term can mend.
+Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) const {
+  Hypothesis out = law;
+  for (bool less = true; less && out.terms.size() > 1;) {
+    less = false;
+    std::vector<Hypothesis> shorter;
+    for (const int term : out.terms) {
+      Hypothesis one = out;
+      one.terms.clear();
+      for (const int k : out.terms)
+        if (quantitiesIn({k}) != quantitiesIn({term})) one.terms.push_back(k);
+      if (one.terms.empty() || quantityCount(one.terms) == quantityCount(out.terms)) continue;
+      for (const int k : out.terms)
+        if (std::find(one.terms.begin(), one.terms.end(), k) == one.terms.end()) one.x[k] = 0.0;
+      shorter.push_back(std::move(one));
+    }
+    refine(shorter, refining_iterations);
+    if (shorter.empty()) break;
+    if (shorter[0].chi2 - out.chi2 < stakes.least * further_quantity_share / least_term_share) {
+      out = shorter[0];
+      less = true;
+    }
+  }
+  return out;
+}
+
 Hypothesis LawSearch::best(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
                            double count) const {
   const Stakes stakes(before, count);
+  return sparing(ofTerms(at, local, before, stakes), stakes);
+}
+
+Hypothesis LawSearch::ofTerms(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
+                              const Stakes& stakes) const {
   const Hypothesis none = without(at, local, before);
   const AlongPath along = alongPath(believed(none), stakes);
   Hypothesis stands = plainAmong(along, none, stakes);

@@ -69,6 +69,8 @@ class LawSearch {
     double promised = 0.0;
   };
   AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
+  Hypothesis ofTerms(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, const Stakes& stakes) const;
+  Hypothesis sparing(const Hypothesis& law, const Stakes& stakes) const;
   Hypothesis without(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double chi2) const;
   Hypothesis believed(const Hypothesis& about) const;
   Hypothesis plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) const;

@@ -44,3 +44,12 @@ def test_a_law_that_bends_the_motion_far_is_found(tmp_path):
     # to 1 %: mass and Ki are free beside it, and both programs step through the same motion
     assert abs(term["coefficient"] / -truth["law_parameters"]["law_cubic"] - 1) < 0.01
     assert unexplained["held_out_gain"] > 0.99
+
+
+def test_a_shape_that_is_a_little_off_brings_in_no_other_quantity(tmp_path):
+    """Dry friction is not quite v/|v|; what that leaves, a tenth of the error, a force that turns with the shaft takes in part."""
+    dataset, _ = independent_set(13, 32, tmp_path)
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=["static_load"], most_steps=1)
+    assert diagnosis["verdict"] == "unknown"
+    assert diagnosis["unexplained"]["depends_on"] == ["velocity"]
+    assert diagnosis["unexplained"]["held_out_gain"] > 0.9
