@@ -23,6 +23,8 @@ using namespace making;
 constexpr int most_rigs = 40;        ///< drawn until one carries its effects
 constexpr int most_sizes = 7;        ///< tried for one effect
 constexpr double size_match = 0.12;  ///< of the difference asked for
+constexpr int far_out_rigs = 8;      ///< driven farther each, where an effect shows far out
+constexpr int strict_rigs = 4;       ///< on which a difference that was drawn must be reached
 constexpr double most_reach = 0.8;   ///< of the clearance, in runs without contact
 /// Error over the noise at which the true machine may follow a run without contact: where currents at their limits amplify
 /// the loop's own noise, no model that starts with the run can.
@@ -181,9 +183,10 @@ class Bench {
 };
 
 /// Puts an effect or law of the wanted difference into the machine. False: this rig does not carry it.
+/// @param settle_for_less  any difference that is seen will do: some effects have no size of their own, or an end to it
 template <class Put>
-bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, TrueMachine& machine) {
-  double size = 1.0, below = 0.0, above = 0.0, best = 1e300, reached = 0.0;
+bool putIn(const Bench& bench, const Model& truth, double wanted, bool settle_for_less, Put&& put, TrueMachine& machine) {
+  double size = 1.0, below = 0.0, above = 0.0, best = 1e300, reached = 0.0, last = -1.0;
   TrueMachine kept;
   for (int i = 0; i < most_sizes; ++i) {
     TrueMachine trial{truth, {}};
@@ -195,7 +198,8 @@ bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, Tru
       kept = trial;
       reached = got;
     }
-    if (off < size_match) break;
+    if (off < size_match || got == last) break;  // the same: a larger size is the largest that there is
+    last = got > 0.0 ? got : -1.0;
     if (got < 0.0 || got > wanted)
       above = size;
     else
@@ -207,10 +211,9 @@ bool putIn(const Bench& bench, const Model& truth, double wanted, Put&& put, Tru
     else
       size *= std::clamp(wanted / got, 0.2, 5.0);
   }
-  // some effects have no size of their own, or grow in jumps: then what is reached must still be seen
   constexpr double least = 1.5, much_off = 2.0;
-  if (reached <= 0.0 || (best > std::log(much_off) && reached < wanted) || (best > size_match && reached < least))
-    return false;
+  const bool far_less = best > std::log(much_off) && reached < wanted;
+  if (reached <= 0.0 || (far_less && !settle_for_less) || (best > size_match && reached < least)) return false;
   for (const auto& effect : kept.model.effects) machine.model.effects.push_back(effect);
   if (kept.law.law != Law::none) machine.law = kept.law;
   return true;
@@ -248,7 +251,8 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
   const double top = topSpeedHz(made.belief);
   if (!isStable({made.belief, {}}, top) || !isStable(machine, top)) return false;
   const bool strong = hides("magnetic_nonlinearity") || hides("magnetic_saturation");
-  const double amplitude = strong ? std::min(1.4 + 0.1 * attempt, 2.5) : 1.0;
+  // far out, where these show, and back again: not every rig can be driven as far
+  const double amplitude = !strong ? 1.0 : attempt < far_out_rigs ? 1.4 + 0.1 * attempt : 1.0 + 0.1 * (attempt % 5);
   std::vector<RunPlan> plans = drawPlans(dice, made.belief, secret.contact, amplitude);
   if (!options.runs.empty()) keepOnly(options.runs, plans);
   if (!makeRubsTouch(machine, plans)) return false;
@@ -258,12 +262,13 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
   const Bench bench(machine.model, plans, bare_noise);
   if (!bench.bareIsSound()) return false;
   const Model truth = machine.model;
+  const bool settle_for_less = options.strength <= 0.0 && attempt >= strict_rigs;
   for (std::size_t i = 0; i < secret.effects.size(); ++i) {
     const EffectDraw draw = drawEffect(dice, secret.effects[i]);
     const auto put = [&](double size, TrueMachine& trial) {
       trial.model.effects.push_back(effectOfSize(draw, size, truth, bench.peakCurrent()));
     };
-    if (!putIn(bench, truth, secret.strengths[i], put, machine)) return false;
+    if (!putIn(bench, truth, secret.strengths[i], settle_for_less, put, machine)) return false;
   }
   if (!secret.law.empty()) {
     const Law law = lawOf(secret.law);
@@ -271,7 +276,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
     const auto put = [&](double size, TrueMachine& trial) {
       trial.law = lawOfSize(law, draw, size, truth, bench.peakCurrent());
     };
-    if (!putIn(bench, truth, secret.strengths.back(), put, machine)) return false;
+    if (!putIn(bench, truth, secret.strengths.back(), settle_for_less, put, machine)) return false;
   }
   if (!isStable(machine, top)) return false;
   std::vector<Signals> quiet_runs;  // without noise in the loop
