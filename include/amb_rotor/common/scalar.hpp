@@ -90,13 +90,18 @@ inline Batch<A> exponential(const Batch<A>& a) {
 /// tanh by the exponential of a negative argument: exact to a few ulp where it matters here
 /// (friction regularisation), without overflow, and faster than the library's.
 template <class A>
-inline Batch<A> hyperbolicTangent(const Batch<A>& a) {
-  const Batch<A> size = xsimd::min(xsimd::abs(a), Batch<A>(20.0));
-  // sliding in every lane, as friction mostly has it: tanh(20) is 1 to the last digit
-  if (!xsimd::any(size < Batch<A>(20.0))) return xsimd::select(a < Batch<A>(0.0), Batch<A>(-1.0), Batch<A>(1.0));
-  const Batch<A> e = xsimd::exp(Batch<A>(-2.0) * size);
+[[gnu::noinline]] Batch<A> tangentByExponential(Batch<A> a) {
+  const Batch<A> e = xsimd::exp(Batch<A>(-2.0) * xsimd::min(xsimd::abs(a), Batch<A>(20.0)));
   const Batch<A> t = (Batch<A>(1.0) - e) / (Batch<A>(1.0) + e);
   return xsimd::select(a < Batch<A>(0.0), -t, t);
+}
+template <class A>
+[[gnu::always_inline]] inline Batch<A> hyperbolicTangent(const Batch<A>& a) {
+  // sliding in every lane, as friction mostly has it: tanh(20) is 1 to the last digit. A call would put all else that is
+  // at hand into memory
+  if (__builtin_expect(!xsimd::any(xsimd::abs(a) < Batch<A>(20.0)), 1))
+    return xsimd::select(a < Batch<A>(0.0), Batch<A>(-1.0), Batch<A>(1.0));
+  return tangentByExponential(a);
 }
 template <class A>
 inline Batch<A> logarithm(const Batch<A>& a) {

@@ -21,6 +21,13 @@ struct Contact {
   S damping = S(0.0);             ///< dN/d rate [N s/m]
 };
 
+/// Of a contact what the equations of motion need.
+template <class S>
+struct ContactPush {
+  Vec2<S> force;          ///< normal and friction together [N]
+  S friction_force = S(0.0), penetration = S(0.0);  ///< as in Contact
+};
+
 /// A contact as another partner describes it over a step: the law linearised about a penetration and a rate,
 ///   N = max(0, force + slope (d - d0) + damping (d' - rate0)) while d > 0,
 /// about a centre that moves evenly, with its friction. Exact for the linear law.

@@ -162,11 +162,13 @@ class Machine {
   /// coordinates, too.
   S spinReaction(const Inputs<S>& in, const Shaft<S>& shaft, S torque, S* acceleration) const;
   void requireFreeSpin() const;
-  ContactGeometry<S> geometryAt(int end, const S* state) const;
-  /// contactAt(), of which a caller that is compiled with it only pays what it uses.
-  [[gnu::always_inline]] Contact<S> contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity,
-                                              const Shaft<S>& shaft, const Vec2<S>& centre, const Vec2<S>& centre_velocity,
-                                              const S& ring_speed, const Inputs<S>& in) const;
+  [[gnu::always_inline]] ContactGeometry<S> geometryAt(int end, const S* state) const;
+  [[gnu::always_inline]] NormalForce<S> normalForce(const ContactGeometry<S>& g) const;
+  /// What the equations need of contactAt(); the rest where `all` is not null.
+  [[gnu::always_inline]] ContactPush<S> contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity,
+                                                  const Shaft<S>& shaft, const Vec2<S>& centre,
+                                                  const Vec2<S>& centre_velocity, const S& ring_speed, const Inputs<S>& in,
+                                                  Contact<S>* all) const;
   /// Arm of the friction about the ring's centre [m]: the rotor's radius and the distance of the centres, so that the
   /// torques on rotor and ring and the moment of the force between the centres add up to nothing.
   S ringArm(const S& penetration) const { return ring_arm_ + maximum(penetration, S(0.0)); }

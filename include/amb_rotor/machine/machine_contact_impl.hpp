@@ -4,17 +4,35 @@
 
 namespace amb_rotor {
 
+// As in evaluate(), effects get copies in branches of their own.
 template <class S>
-ContactGeometry<S> Machine<S>::geometryAt(int end, const S* state) const {
+inline ContactGeometry<S> Machine<S>::geometryAt(int end, const S* state) const {
   const S* v = state + 2 * rotor_.modes();
   const Vec2<S> position = rotor_.at(plane_aux + end, state);
   Vec2<S> centre, centre_velocity;
-  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, centre, centre_velocity);
-  for (const auto* effect : centring_) effect->contactCentre(end, centre);
-  if (mount_ != nullptr) mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
-  for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
+  if (stator_ != nullptr || mount_ != nullptr || !centring_.empty() || !edging_.empty()) {
+    Vec2<S> place, speed;
+    if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, place, speed);
+    for (const auto* effect : centring_) effect->contactCentre(end, place);
+    if (mount_ != nullptr) mount_->physics->mountPosition(end, state + mount_->offset, place, speed);
+    for (const auto* effect : edging_) effect->contactEdge(end, position - place, place);
+    centre = place;
+    centre_velocity = speed;
+  }
   return contactGeometry(position - centre, rotor_.at(plane_aux + end, v) - centre_velocity,
                          rig_.auxiliary_bearing.clearance_m);
+}
+
+/// The law at a penetration and its rate.
+template <class S>
+inline NormalForce<S> Machine<S>::normalForce(const ContactGeometry<S>& g) const {
+  const auto& bearing = rig_.auxiliary_bearing;
+  NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
+  if (normal_.empty()) return n;
+  const S depth = g.penetration, rate = g.rate;
+  NormalForce<S> own = n;
+  for (const auto* effect : normal_) effect->normalForce(depth, rate, own);
+  return own;
 }
 
 template <class S>
@@ -56,19 +74,15 @@ void Machine<S>::approach(int end, const S* state, S& penetration, S& rate) cons
 
 template <class S>
 S Machine<S>::contactGuard(int end, const S* state) const {
-  const auto& bearing = rig_.auxiliary_bearing;
   const ContactGeometry<S> g = geometryAt(end, state);
-  NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
-  for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
-  return minimum(g.penetration, n.margin);
+  return minimum(g.penetration, normalForce(g).margin);
 }
 
 template <class S>
 void Machine<S>::contactPace(int end, const Inputs<S>& in, const S* state, double dt, S& guard, S& friction_rate) const {
   const auto& bearing = rig_.auxiliary_bearing;
   const ContactGeometry<S> g = geometryAt(end, state);
-  NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
-  for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
+  const NormalForce<S> n = normalForce(g);
   guard = minimum(g.penetration, n.margin);
   friction_rate = S(0.0);
   if (!any(guard > S(0.0))) return;
@@ -76,7 +90,12 @@ void Machine<S>::contactPace(int end, const Inputs<S>& in, const S* state, doubl
   const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, state + ring_->offset) : S(0.0);
   const S slip = bearing.rotor_radius_m * speed + g.tangential_rate - ringArm(g.penetration) * ring;
   S coefficient = bearing.friction_coefficient;
-  for (const auto* effect : friction_) effect->friction(slip, coefficient);
+  if (!friction_.empty()) {
+    const S speed_of_slip = slip;
+    S own = coefficient;
+    for (const auto* effect : friction_) effect->friction(speed_of_slip, own);
+    coefficient = own;
+  }
   S inverse_mass(0.0);
   for (int k = 0; k < rotor_.modes(); ++k) {
     const S& shape = rotor_.shape(plane_aux + end, k);

@@ -210,58 +210,65 @@ template <class S>
 Contact<S> Machine<S>::contactAt(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
                                  const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
                                  const Inputs<S>& in) const {
-  return contactOf(end, position, velocity, shaft, centre, centre_velocity, ring_speed, in);
+  Contact<S> all;
+  contactOf(end, position, velocity, shaft, centre, centre_velocity, ring_speed, in, &all);
+  return all;
 }
 
 template <class S>
-inline Contact<S> Machine<S>::contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
-                                        const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
-                                        const Inputs<S>& in) const {
+inline ContactPush<S> Machine<S>::contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity, const Shaft<S>& shaft,
+                                            const Vec2<S>& centre, const Vec2<S>& centre_velocity, const S& ring_speed,
+                                            const Inputs<S>& in, Contact<S>* all) const {
   const auto& bearing = rig_.auxiliary_bearing;
   const LocalContact<S>* local = in.contact != nullptr ? &in.contact[end] : nullptr;
   const ContactGeometry<S> g = contactGeometry(position - centre, velocity - centre_velocity,
                                                local != nullptr ? local->clearance : bearing.clearance_m);
-  Contact<S> c;
-  c.centre = centre;
-  c.normal = g.normal;
-  c.penetration = g.penetration;
-  c.rate = g.rate;
   NormalForce<S> n;
+  S slip, coefficient;
   if (local != nullptr) {
     n.force = local->force + local->slope * (g.penetration - local->penetration0) +
               local->damping * (g.rate - local->rate0);
     n.margin = n.force / maximum(local->slope, S(1.0));
     n.slope = local->slope;
     n.damping = local->damping;
-    c.slip = local->surface_speed + g.tangential_rate - maximum(g.penetration, S(0.0)) * ring_speed;
-    c.friction_coefficient = local->friction_coefficient;
+    slip = local->surface_speed + g.tangential_rate - maximum(g.penetration, S(0.0)) * ring_speed;
+    coefficient = local->friction_coefficient;
   } else {
-    n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
-    for (const auto* effect : normal_) effect->normalForce(g.penetration, g.rate, n);
-    c.slip = bearing.rotor_radius_m * shaft.speed + g.tangential_rate - ringArm(g.penetration) * ring_speed;
-    c.friction_coefficient = bearing.friction_coefficient;
-    for (const auto* effect : friction_) effect->friction(c.slip, c.friction_coefficient);
+    n = normalForce(g);
+    slip = bearing.rotor_radius_m * shaft.speed + g.tangential_rate - ringArm(g.penetration) * ring_speed;
+    coefficient = bearing.friction_coefficient;
+    if (!friction_.empty()) {
+      const S speed = slip;
+      S own = coefficient;
+      for (const auto* effect : friction_) effect->friction(speed, own);
+      coefficient = own;
+    }
   }
-  c.uncut_force = n.force;
-  c.margin = n.margin;
-  c.slope = n.slope;
-  c.damping = n.damping;
+  S normal_force;
   if (in.contact_mode != nullptr)
-    c.normal_force = in.contact_mode[end] != 0 ? n.force : S(0.0);
+    normal_force = in.contact_mode[end] != 0 ? n.force : S(0.0);
   else
-    c.normal_force = select((c.penetration > S(0.0)), maximum(n.force, S(0.0)), S(0.0));
-  if (!any(c.normal_force > S(0.0))) return c;  // nobody touches: spare the friction
-  if (in.sliding == nullptr || in.sliding[end] == sliding_unset)
-    c.friction_force = c.normal_force * coulombFactor(c.friction_coefficient, c.slip);
-  else if (in.sliding[end] != 0)
-    c.friction_force = c.normal_force * c.friction_coefficient * S(-1.0 * in.sliding[end]);
-  else
-    c.friction_force = in.stick_force[end];
-  c.force = {-c.normal_force * g.normal.x - c.friction_force * g.normal.y,
-             -c.normal_force * g.normal.y + c.friction_force * g.normal.x};
-  return c;
+    normal_force = select((g.penetration > S(0.0)), maximum(n.force, S(0.0)), S(0.0));
+  ContactPush<S> push;
+  push.penetration = g.penetration;
+  if (any(normal_force > S(0.0))) {  // nobody touches: spare the friction
+    if (in.sliding == nullptr || in.sliding[end] == sliding_unset)
+      push.friction_force = normal_force * coulombFactor(coefficient, slip);
+    else if (in.sliding[end] != 0)
+      push.friction_force = normal_force * coefficient * S(-1.0 * in.sliding[end]);
+    else
+      push.friction_force = in.stick_force[end];
+    push.force = {-normal_force * g.normal.x - push.friction_force * g.normal.y,
+                  -normal_force * g.normal.y + push.friction_force * g.normal.x};
+  }
+  if (all != nullptr)
+    *all = {centre,       push.force, g.normal,    g.penetration, g.rate,   normal_force, push.friction_force,
+            slip,         coefficient, n.force, n.margin,     n.slope,  n.damping};
+  return push;
 }
 
+// What an effect is handed by reference lives in memory from its first value on, whether the effect is there or not, and a
+// store of a pack is dear: so effects get copies, in branches of their own.
 template <class S>
 void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observation<S>* seen) const {
   const int n = rotor_.modes();
@@ -270,38 +277,53 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   S generalised[2 * max_modes];
   for (int k = 0; k < 2 * n; ++k) generalised[k] = S(0.0);
 
-  Shaft<S> shaft = spin_ == Spin::prescribed ? in.shaft : shaftOf(state);
-  shaft.time = in.shaft.time;
+  Shaft<S> own_shaft;  // of a state's spin
+  if (spin_ != Spin::prescribed) {
+    own_shaft = shaftOf(state);
+    own_shaft.time = in.shaft.time;
+  }
+  const Shaft<S>& shaft = spin_ == Spin::prescribed ? in.shaft : own_shaft;
   S spin_torque(0.0);
   const bool free_spin = spin_ == Spin::free && !in.hold_speed;
   if (spin_ != Spin::prescribed && !in.hold_speed)
-    for (const auto* effect : spinning_) effect->spin(rig_, shaft.speed, shaft.acceleration);
+    for (const auto* effect : spinning_) effect->spin(rig_, own_shaft.speed, own_shaft.acceleration);
 
   Vec2<S> stator, stator_velocity;
-  if (stator_ != nullptr) stator_->physics->statorPosition(state + stator_->offset, stator, stator_velocity);
+  if (stator_ != nullptr) {
+    Vec2<S> place, speed;
+    stator_->physics->statorPosition(state + stator_->offset, place, speed);
+    stator = place;
+    stator_velocity = speed;
+  }
   Vec2<S> reaction;  // of the bearings, and of what else stands on the stator, on it
 
-  Vec2<S> force_current[2] = {in.force_current[0], in.force_current[1]};
+  Vec2<S> coil_current[2];
+  const Vec2<S>* force_current = in.force_current;
   if (electrics_.coils()) {
     S current[4];
     electrics_.currents(state + electrics_offset_, current);
-    force_current[0] = {current[0], current[1]};
-    force_current[1] = {current[2], current[3]};
+    coil_current[0] = {current[0], current[1]};
+    coil_current[1] = {current[2], current[3]};
+    force_current = coil_current;
   }
   for (int end = 0; end < 2; ++end) {
-    BearingSite<S> site{&rig_, &shaft, end, rotor_.at(plane_amb + end, q) - stator,
-                        rotor_.at(plane_amb + end, v) - stator_velocity, force_current[end],
-                        net_stiffness_, in.bearing_on[end]};
-    Vec2<S> force = magneticForce(force_current[end], site.position, site.velocity);
-    for (const auto* effect : bearing_) effect->bearingForce(site, force);
+    const Vec2<S> position = rotor_.at(plane_amb + end, q) - stator;
+    const Vec2<S> velocity = rotor_.at(plane_amb + end, v) - stator_velocity;
+    Vec2<S> force = magneticForce(force_current[end], position, velocity);
+    if (!bearing_.empty()) {
+      const BearingSite<S> site{&rig_, &shaft, end, position, velocity, force_current[end], net_stiffness_, in.bearing_on[end]};
+      Vec2<S> own = force;
+      for (const auto* effect : bearing_) effect->bearingForce(site, own);
+      force = own;
+      if (free_spin)
+        for (const auto* effect : bearing_) spin_torque += effect->bearingTorque(site);
+    }
     force = {force.x * in.bearing_on[end].x, force.y * in.bearing_on[end].y};
     rotor_.push(plane_amb + end, force, generalised);
     reaction -= force;
-    if (free_spin)
-      for (const auto* effect : bearing_) spin_torque += effect->bearingTorque(site);
     if (seen != nullptr) {
       seen->bearing_force[end] = force;
-      seen->amb_position[end] = site.position;
+      seen->amb_position[end] = position;
     }
   }
 
@@ -312,19 +334,25 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     const Vec2<S> position = rotor_.at(plane_aux + end, q);
     const Vec2<S> velocity = rotor_.at(plane_aux + end, v);
     Vec2<S> rest = stator;
-    for (const auto* effect : centring_) effect->contactCentre(end, rest);
+    if (!centring_.empty()) {
+      Vec2<S> own = rest;
+      for (const auto* effect : centring_) effect->contactCentre(end, own);
+      rest = own;
+    }
     Vec2<S> centre = rest, centre_velocity = stator_velocity;
     if (in.contact != nullptr) {
       centre = in.contact[end].centre;
       centre_velocity = in.contact[end].centre_velocity;
-    } else {  // a contact from outside is about the edge that carries, already
-      if (mount_ != nullptr)
-        mount_->physics->mountPosition(end, state + mount_->offset, centre, centre_velocity);
-      for (const auto* effect : edging_) effect->contactEdge(end, position - centre, centre);
+    } else if (mount_ != nullptr || !edging_.empty()) {  // a contact from outside is about the edge that carries, already
+      Vec2<S> place = centre, speed = centre_velocity;
+      if (mount_ != nullptr) mount_->physics->mountPosition(end, state + mount_->offset, place, speed);
+      for (const auto* effect : edging_) effect->contactEdge(end, position - place, place);
+      centre = place;
+      centre_velocity = speed;
     }
     if (ring_ != nullptr) angular[end] = ring_->physics->ringSpeed(end, state + ring_->offset);
-    const Contact<S> contact =
-        contactOf(end, position, velocity, shaft, centre, centre_velocity, angular[end], in);
+    const ContactPush<S> contact = contactOf(end, position, velocity, shaft, centre, centre_velocity, angular[end], in,
+                                             seen != nullptr ? &seen->contact[end] : nullptr);
     rotor_.push(plane_aux + end, contact.force, generalised);
     // the surface of the rotor feels the friction at its own radius
     spin_torque += contact.friction_force * rig_.auxiliary_bearing.rotor_radius_m;
@@ -338,13 +366,12 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
       ring_->physics->ringRates(end, -contact.friction_force * ringArm(contact.penetration), state + ring_->offset,
                                 rate + ring_->offset);
     if (seen != nullptr) {
-      seen->contact[end] = contact;
       seen->aux_position[end] = position;
       seen->aux_velocity[end] = velocity;
       seen->ring_speed[end] = angular[end];
     }
   }
-  if (free_spin) shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
+  if (free_spin) own_shaft.acceleration += spin_torque / rig_.rotor.polar_inertia_kg_m2;
 
   for (std::size_t i = 0; i < actingUnbalances(in); ++i) {
     const Vec2<S> direction = unbalance_phase_[i].turn(shaft);
@@ -356,8 +383,12 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
   rotor_.push(cg_plane_, {S(0.0), -rig_.rotor.mass_kg * rig_.gravity_m_s2}, generalised);
   S twist(0.0);
   if (!pushing_.empty()) {
-    Forces port(rotor_, q, v, stator, stator_velocity, generalised, reaction, twist);
+    Vec2<S> others;
+    S own(0.0);
+    Forces port(rotor_, q, v, stator, stator_velocity, generalised, others, own);
     for (const auto* effect : pushing_) effect->rotorForce(shaft, port);
+    reaction += others;
+    twist = own;
   }
 
   if (electrics_.size() > 0) electricRates(in, shaft, state, rate, seen);
@@ -366,7 +397,7 @@ void Machine<S>::evaluate(const Inputs<S>& in, const S* state, S* rate, Observat
     S seen_only[2 * max_modes];
     S* acceleration = rate != nullptr ? rate + 2 * n : seen_only;
     rotor_.accelerations(q, v, shaft.speed, generalised, acceleration);
-    if (reacts) shaft.acceleration += spinReaction(in, shaft, twist, acceleration);
+    if (reacts) own_shaft.acceleration += spinReaction(in, shaft, twist, acceleration);
   }
   if (rate != nullptr) {
     for (int k = 0; k < 2 * n; ++k) rate[k] = v[k];
