@@ -42,9 +42,9 @@ constexpr double plain_gain = 0.95;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
-/// Share of the evidence that all of what is unexplained would be, which a pair must promise where a plain law explains that.
-constexpr double as_good = 0.9;
-
+/// Share of the evidence that all of what is unexplained would be, which a pair must promise where a plain law explains that; and
+/// beside effects that are adopted: three are rare, and each look is dear where these are not linear.
+constexpr double as_good = 0.9, beside_others = 0.5;
 /// Effects adopted at most where a pair comes on top of the steps.
 constexpr int most_adopted = 4;
 
@@ -430,7 +430,8 @@ Diagnosis Diagnoser::run() {
     if (step == 0) rank(trials, out);
     const Trial* chosen = adoptBest(trials, to, out);
     const bool plain_law = chosen == nullptr && step == 0 && lawIsPlain(to);
-    if (plain_law && !adoptPair(trials, to, as_good * references_.most(), out)) break;
+    const double least = (plain_law ? as_good : adopted_.empty() ? 0.0 : beside_others) * references_.most();
+    if (plain_law && !adoptPair(trials, to, least, out)) break;
     if (chosen == nullptr && contact_waited_ && !plain_law) {  // in vain
       trials = screen(from, to, false);
       if (step == 0) rank(trials, out);
@@ -438,7 +439,7 @@ Diagnosis Diagnoser::run() {
     }
     if (chosen == nullptr) {
       if (!plain_law &&
-          (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, 0.0, out)))
+          (static_cast<int>(out.steps.size()) + 2 > most_adopted || !structured() || !adoptPair(trials, to, least, out)))
         break;
       if (clean()) break;
       continue;

@@ -35,8 +35,9 @@ constexpr std::size_t most_terms = 3;
 /// Rounds along the measured path; what is left out of the begin of a run, in which the force sets in.
 constexpr int path_rounds = 3;
 constexpr double begin_left_out_s = 0.1, begin_left_out_share = 0.2;
-/// Share of what is unexplained that terms must take to bring in quantities that the other terms do not depend on.
-constexpr double further_quantity_share = 0.1;
+/// Share of what is unexplained that terms must take to bring in quantities that the other terms do not depend on, where these
+/// alone leave no more than the other share.
+constexpr double further_quantity_share = 0.1, nearly_all_left = 0.2;
 /// Prior standard deviations by which a nuisance counts as pulled away.
 constexpr double far_from_belief = 1.0;
 
@@ -408,8 +409,8 @@ Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none,
   return stakes.nothingLeft(one.chi2) ? one : none;
 }
 
-/// The law without terms of quantities that the others have not, where these take little: the force along a path that is a
-/// little off has a shape that another term can mend.
+/// The law without terms of quantities that the others have not, where these take little of what the others explain nearly
+/// all of: the force along a path that is a little off has a shape that another term can mend.
 Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) const {
   Hypothesis out = law;
   for (bool less = true; less && out.terms.size() > 1;) {
@@ -427,7 +428,8 @@ Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) const
     }
     refine(shorter, refining_iterations);
     if (shorter.empty()) break;
-    if (shorter[0].chi2 - out.chi2 < stakes.least * further_quantity_share / least_term_share) {
+    const double excess = stakes.least / least_term_share;
+    if (shorter[0].chi2 - stakes.count < nearly_all_left * excess && shorter[0].chi2 - out.chi2 < further_quantity_share * excess) {
       out = shorter[0];
       less = true;
     }
