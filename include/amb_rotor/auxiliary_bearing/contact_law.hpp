@@ -53,10 +53,11 @@ struct NormalForce {
   S damping = S(0.0); ///< dN/dd' [N s/m]
 };
 
+/// @param compliance  1/k, which a caller has at hand: this is evaluated at every step
 template <class S>
-NormalForce<S> linearContact(const S& stiffness, const S& damping, const S& d, const S& rate) {
+NormalForce<S> linearContact(const S& stiffness, const S& compliance, const S& damping, const S& d, const S& rate) {
   const S force = stiffness * d + damping * rate;
-  return {force, force / stiffness, stiffness, damping};
+  return {force, force * compliance, stiffness, damping};
 }
 
 /// @param stiffness  K [N/m^1.5]   @param damping  l [s/m]

@@ -47,6 +47,7 @@ class LaneStepper {
       sim.readCoils(state);
       return true;
     }
+    now_.step_s = 0.0;
     for (int step = 0; step < steps; ++step) stepThroughContact(sim, from + step * h, h, 0, state, held, in);
     sim.readCoils(state);
     return true;
@@ -83,16 +84,30 @@ class LaneStepper {
   static constexpr double finest_s = 2.5e-6;
   static constexpr int untouched[2] = {0, 0};
 
+  /// machine.contactPace() of both ends at a state: at the end of a step that of the next, too.
+  struct Pace {
+    S guard[2], friction_rate[2];
+    double step_s = 0.0;  ///< that it is for; 0: of no state
+  };
+  static Pace paceAt(const Machine<S>& machine, const Inputs<S>& in, const MachineState<S>& state, double h) {
+    Pace out;
+    for (int end = 0; end < 2; ++end)
+      machine.contactPace(end, in, state.mechanics.data(), h, out.guard[end], out.friction_rate[end]);
+    out.step_s = h;
+    return out;
+  }
+
   /// One step near contact. Where an end of a lane touches or leaves, the force has a jump or a kink in it: it is taken
   /// again in parts, and the part with the change likewise.
   void stepThroughContact(const Simulator<S>& sim, double t, double h, int level, MachineState<S>& state,
                           const typename Simulator<S>::Held& held, Inputs<S>& in) {
-    const Machine<S>& machine = sim.machine();
-    if (level == refinements || h < finest_s) return runStep(sim, t, h, state, held, in);
-    S guard[2], friction_rate[2];
-    for (int end = 0; end < 2; ++end)
-      machine.contactPace(end, in, state.mechanics.data(), h, guard[end], friction_rate[end]);
-    const int pieces = level == 0 ? piecesFor(maximum(friction_rate[0], friction_rate[1]), h) : 1;
+    if (level == refinements || h < finest_s) {
+      now_.step_s = 0.0;
+      return runStep(sim, t, h, state, held, in);
+    }
+    if (now_.step_s != h) now_ = paceAt(sim.machine(), in, state, h);
+    const Pace before = now_;
+    const int pieces = level == 0 ? piecesFor(maximum(before.friction_rate[0], before.friction_rate[1]), h) : 1;
     if (pieces > 1) {
       for (int k = 0; k < pieces; ++k) stepThroughContact(sim, t + k * h / pieces, h / pieces, 1, state, held, in);
       return;
@@ -102,11 +117,12 @@ class LaneStepper {
     kept.lag = state.lag;
     std::copy(state.current, state.current + 4, kept.current);
     kept.in = in;
-    const MaskOf<S> a = guard[0] > S(0.0), b = guard[1] > S(0.0);
     runStep(sim, t, h, state, held, in);
-    if (!any(a != (machine.contactGuard(0, state.mechanics.data()) > S(0.0))) &&
-        !any(b != (machine.contactGuard(1, state.mechanics.data()) > S(0.0))))
+    now_ = paceAt(sim.machine(), in, state, h);
+    if (!any((before.guard[0] > S(0.0)) != (now_.guard[0] > S(0.0))) &&
+        !any((before.guard[1] > S(0.0)) != (now_.guard[1] > S(0.0))))
       return;
+    now_.step_s = 0.0;
     state.mechanics = kept.mechanics;
     state.lag = kept.lag;
     std::copy(kept.current, kept.current + 4, state.current);
@@ -180,6 +196,7 @@ class LaneStepper {
     Inputs<S> in;
   };
   Kept kept_[refinements];
+  Pace now_;
   static constexpr unsigned kept_decays = 8;
   typename CurrentTrack<S>::Decay cache_[kept_decays];
   unsigned next_ = 0;

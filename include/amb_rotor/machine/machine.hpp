@@ -164,6 +164,7 @@ class Machine {
   void requireFreeSpin() const;
   [[gnu::always_inline]] ContactGeometry<S> geometryAt(int end, const S* state) const;
   [[gnu::always_inline]] NormalForce<S> normalForce(const ContactGeometry<S>& g) const;
+  [[gnu::noinline]] NormalForce<S> normalForceByEffects(S penetration, S rate, NormalForce<S> n) const;
   /// What the equations need of contactAt(); the rest where `all` is not null.
   [[gnu::always_inline]] ContactPush<S> contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity,
                                                   const Shaft<S>& shaft, const Vec2<S>& centre,
@@ -195,7 +196,7 @@ class Machine {
   std::vector<Unbalance<S>> unbalance_;   ///< the rig's, then the extra ones
   std::vector<RotorPhase<S>> unbalance_phase_;
   std::size_t own_unbalances_ = 0;
-  S net_stiffness_ = S(0.0), ring_arm_ = S(0.0);
+  S net_stiffness_ = S(0.0), ring_arm_ = S(0.0), contact_compliance_ = S(0.0);
   int cg_plane_ = 0;
   int electrics_offset_ = 0;
   int size_ = 0;

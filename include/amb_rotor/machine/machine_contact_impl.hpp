@@ -27,12 +27,16 @@ inline ContactGeometry<S> Machine<S>::geometryAt(int end, const S* state) const 
 template <class S>
 inline NormalForce<S> Machine<S>::normalForce(const ContactGeometry<S>& g) const {
   const auto& bearing = rig_.auxiliary_bearing;
-  NormalForce<S> n = linearContact(bearing.stiffness_N_per_m, bearing.damping_N_s_per_m, g.penetration, g.rate);
+  const NormalForce<S> n =
+      linearContact(bearing.stiffness_N_per_m, contact_compliance_, bearing.damping_N_s_per_m, g.penetration, g.rate);
   if (normal_.empty()) return n;
-  const S depth = g.penetration, rate = g.rate;
-  NormalForce<S> own = n;
-  for (const auto* effect : normal_) effect->normalForce(depth, rate, own);
-  return own;
+  return normalForceByEffects(g.penetration, g.rate, n);
+}
+
+template <class S>
+NormalForce<S> Machine<S>::normalForceByEffects(S penetration, S rate, NormalForce<S> n) const {
+  for (const auto* effect : normal_) effect->normalForce(penetration, rate, n);
+  return n;
 }
 
 template <class S>

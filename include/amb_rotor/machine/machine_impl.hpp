@@ -134,6 +134,7 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
                          : S(staticGain(control_, control_.main, 0.0));
     net_stiffness_ = rig_.amb.current_stiffness_N_per_A * gain - rig_.amb.displacement_stiffness_N_per_m;
   }
+  contact_compliance_ = S(1.0) / rig_.auxiliary_bearing.stiffness_N_per_m;
   ring_arm_ = rig_.auxiliary_bearing.rotor_radius_m + rig_.auxiliary_bearing.clearance_m;
 }
 

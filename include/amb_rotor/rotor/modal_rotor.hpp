@@ -67,6 +67,13 @@ class ModalRotor {
   /// Adds a force at a plane to the generalised forces (size 2 modes()).
   [[gnu::always_inline]] void push(int plane, const Vec2<S>& force, S* generalised) const {
     const S* phi = &shapes_[plane * modes_];
+    if (modes_ == 2) {
+      generalised[0] += phi[0] * force.x;
+      generalised[1] += phi[1] * force.x;
+      generalised[2] += phi[0] * force.y;
+      generalised[3] += phi[1] * force.y;
+      return;
+    }
     for (int k = 0; k < modes_; ++k) {
       generalised[k] += phi[k] * force.x;
       generalised[modes_ + k] += phi[k] * force.y;
