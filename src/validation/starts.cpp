@@ -250,7 +250,9 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
       reason = "the rig's bias_flux_density_T is not stated";
       return {};
     }
-    return {with({1.6}), with({1.0})};
+    std::vector<std::vector<double>> out;
+    for (double share : {3.5, 2.2, 1.5, 1.1}) out.push_back({share * rig.amb.bias_flux_density_T});
+    return out;
   }
   if (effect == "current_saturation") {
     // a limit below what was measured is no limit; one above all that was commanded shows nothing

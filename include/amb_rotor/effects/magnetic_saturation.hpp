@@ -10,10 +10,12 @@ namespace amb_rotor::effects {
 
 struct MagneticSaturation {
   static EffectSchema schema() {
-    return {"magnetic_saturation", "the iron saturates: force grows less than the current squared",
+    EffectSchema schema{"magnetic_saturation", "the iron saturates: force grows less than the current squared",
             "large control currents beside small ones",
             {parameter("knee_flux_density_T", "T", 0.05, 10.0, 1.2, 10.0, "of the iron")},
             false, false, "amb.bias_flux_density_T"};
+    schema.mimic = "amb.current_stiffness_N_per_A";  // iron near its knee gives less force, too
+    return schema;
   }
 
   template <class S>
