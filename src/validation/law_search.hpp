@@ -69,6 +69,7 @@ class LawSearch {
     double promised = 0.0;
   };
   AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
+  /// best(), before sparing().
   Hypothesis ofTerms(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, const Stakes& stakes) const;
   Hypothesis sparing(const Hypothesis& law, const Stakes& stakes) const;
   Hypothesis without(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double chi2) const;

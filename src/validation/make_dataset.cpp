@@ -128,8 +128,8 @@ bool isClean(const TrueMachine& machine) { return machine.model.effects.empty() 
 /// One rig with its runs, while effects are put into it.
 class Bench {
  public:
-  Bench(const Model& truth, const std::vector<RunPlan>& plans, const ChannelNoise& noise)
-      : bare_{truth, {}}, plans_(plans), noise_(noise) {
+  Bench(const TrueMachine& bare, const std::vector<RunPlan>& plans, const ChannelNoise& noise)
+      : bare_(bare), plans_(plans), noise_(noise) {
     free_.resize(plans.size());
     tbb::parallel_for(std::size_t{0}, plans.size(), [&](std::size_t i) {
       if (!plans[i].run.holdsContact()) free_[i] = runMachine(bare_, plans[i], nullptr);
@@ -182,6 +182,23 @@ class Bench {
   double peak_current_A_ = 0.0;
 };
 
+constexpr double least_difference = 1.5;  ///< that a diagnosis can be asked to see
+
+/// Whether each of several effects is still seen once the others act: a softer machine may never reach a limit.
+/// @param wanted  each one's difference where it acts alone
+bool eachMatters(const TrueMachine& machine, const std::vector<double>& wanted, const std::vector<RunPlan>& plans,
+                 const ChannelNoise& noise) {
+  constexpr double share = 0.75;  // of less than what a diagnosis can be asked to see
+  const std::size_t effects = machine.model.effects.size();
+  for (std::size_t i = 0; effects > 1 && i < effects; ++i) {
+    TrueMachine others = machine;
+    others.model.effects.erase(others.model.effects.begin() + static_cast<long>(i));
+    if (Bench(others, plans, noise).difference(machine, nullptr) < std::min(least_difference, share * wanted.at(i)))
+      return false;
+  }
+  return true;
+}
+
 /// Puts an effect or law of the wanted difference into the machine. False: this rig does not carry it.
 /// @param settle_for_less  any difference that is seen will do: some effects have no size of their own, or an end to it
 template <class Put>
@@ -211,9 +228,9 @@ bool putIn(const Bench& bench, const Model& truth, double wanted, bool settle_fo
     else
       size *= std::clamp(wanted / got, 0.2, 5.0);
   }
-  constexpr double least = 1.5, much_off = 2.0;
+  constexpr double much_off = 2.0;
   const bool far_less = best > std::log(much_off) && reached < wanted;
-  if (reached <= 0.0 || (far_less && !settle_for_less) || (best > size_match && reached < least)) return false;
+  if (reached <= 0.0 || (far_less && !settle_for_less) || (best > size_match && reached < least_difference)) return false;
   for (const auto& effect : kept.model.effects) machine.model.effects.push_back(effect);
   if (kept.law.law != Law::none) machine.law = kept.law;
   return true;
@@ -259,7 +276,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
   const Instruments instruments = drawInstruments(dice);
   const Dice noise_dice = dice;
   const ChannelNoise bare_noise = noiseOf(instruments, noise_dice, machine);
-  const Bench bench(machine.model, plans, bare_noise);
+  const Bench bench(machine, plans, bare_noise);
   if (!bench.bareIsSound()) return false;
   const Model truth = machine.model;
   const bool settle_for_less = options.strength <= 0.0 && attempt >= strict_rigs;
@@ -278,7 +295,7 @@ bool tryRig(Dice& dice, const Secret& secret, int attempt, const MakeDatasetOpti
     };
     if (!putIn(bench, truth, secret.strengths.back(), settle_for_less, put, machine)) return false;
   }
-  if (!isStable(machine, top)) return false;
+  if (!isStable(machine, top) || !eachMatters(machine, secret.strengths, plans, bare_noise)) return false;
   std::vector<Signals> quiet_runs;  // without noise in the loop
   made.difference = bench.difference(machine, &quiet_runs);
   if (made.difference < 0.0) return false;

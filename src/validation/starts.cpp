@@ -255,10 +255,11 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     return out;
   }
   if (effect == "current_saturation") {
-    // a limit below what was measured is no limit; one above all that was commanded shows nothing
+    // a limit far below what was measured is none; a little above it shows, too, where wrong numbers ask for more than the rig
+    // did, and with these a limit below may lose the rotor
     const double seen = largestCurrent(recordings), bias = rig.amb.bias_current_A;
     std::vector<std::vector<double>> out;
-    for (double share : {0.99, 0.95, 0.9, 0.8})
+    for (double share : {1.1, 1.04, 0.99, 0.95, 0.9, 0.8})
       if (bias + share * seen < rig.amb.max_current_A) out.push_back({bias + share * seen});
     if (out.empty()) reason = "no command comes near a limit below the believed one";
     return out;

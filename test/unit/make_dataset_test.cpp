@@ -91,6 +91,18 @@ TEST_F(MakeDataset, whatIsDrawnIsNotInsistedOn) {
   EXPECT_LT(made.difference, 0.5 * 14.8) << "this one reaches it: another seed would show it";
 }
 
+/// The first rig that carries both is so much softer with the anisotropy that its currents stay below the limit.
+TEST_F(MakeDataset, ofAPairEachIsSeenBesideTheOther) {
+  const MadeDataset made = makeDataset({700062, {"stiffness_anisotropy", "current_saturation"}, 0.0, false, folder("a"), {}});
+  Model without_limit = made.truth;
+  ASSERT_EQ(without_limit.effects.at(1).id, "current_saturation");
+  without_limit.effects.pop_back();
+  CompareOptions options;
+  options.refit = false;
+  const Comparison compared = compare(without_limit, readDataset(folder("a")), options);
+  EXPECT_GT(compared.errors.error, 1.2) << "at 1.00 the limit would not show";
+}
+
 TEST_F(MakeDataset, refusesWhatItDoesNotKnow) {
   EXPECT_THROW(makeDataset({1, {"sensor_runnout"}, 0.0, false, folder("a"), {}}), InputError);
   EXPECT_THROW(makeDataset({1, {"none"}, 0.0, false, folder("a"), {"steady_1", "stedy_2"}}), InputError);

@@ -164,6 +164,8 @@ class Machine {
   void requireFreeSpin() const;
   [[gnu::always_inline]] ContactGeometry<S> geometryAt(int end, const S* state) const;
   [[gnu::always_inline]] NormalForce<S> normalForce(const ContactGeometry<S>& g) const;
+  [[gnu::always_inline]] S frictionCoefficient(const S& slip) const;
+  [[gnu::noinline]] S frictionByEffects(S slip, S coefficient) const;
   [[gnu::noinline]] NormalForce<S> normalForceByEffects(S penetration, S rate, NormalForce<S> n) const;
   /// What the equations need of contactAt(); the rest where `all` is not null.
   [[gnu::always_inline]] ContactPush<S> contactOf(int end, const Vec2<S>& position, const Vec2<S>& velocity,

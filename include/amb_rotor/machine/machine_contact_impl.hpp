@@ -39,6 +39,19 @@ NormalForce<S> Machine<S>::normalForceByEffects(S penetration, S rate, NormalFor
   return n;
 }
 
+/// At a sliding speed.
+template <class S>
+inline S Machine<S>::frictionCoefficient(const S& slip) const {
+  if (friction_.empty()) return rig_.auxiliary_bearing.friction_coefficient;
+  return frictionByEffects(slip, rig_.auxiliary_bearing.friction_coefficient);
+}
+
+template <class S>
+S Machine<S>::frictionByEffects(S slip, S coefficient) const {
+  for (const auto* effect : friction_) effect->friction(slip, coefficient);
+  return coefficient;
+}
+
 template <class S>
 S Machine<S>::slip(int end, const Inputs<S>& in, const S* state) const {
   const S speed = spin_ == Spin::prescribed ? in.shaft.speed : state[size_ - 1];
@@ -93,13 +106,7 @@ void Machine<S>::contactPace(int end, const Inputs<S>& in, const S* state, doubl
   const S speed = spin_ == Spin::prescribed ? in.shaft.speed : state[size_ - 1];
   const S ring = ring_ != nullptr ? ring_->physics->ringSpeed(end, state + ring_->offset) : S(0.0);
   const S slip = bearing.rotor_radius_m * speed + g.tangential_rate - ringArm(g.penetration) * ring;
-  S coefficient = bearing.friction_coefficient;
-  if (!friction_.empty()) {
-    const S speed_of_slip = slip;
-    S own = coefficient;
-    for (const auto* effect : friction_) effect->friction(speed_of_slip, own);
-    coefficient = own;
-  }
+  const S coefficient = frictionCoefficient(slip);
   S inverse_mass(0.0);
   for (int k = 0; k < rotor_.modes(); ++k) {
     const S& shape = rotor_.shape(plane_aux + end, k);

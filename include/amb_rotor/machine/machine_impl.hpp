@@ -237,13 +237,7 @@ inline ContactPush<S> Machine<S>::contactOf(int end, const Vec2<S>& position, co
   } else {
     n = normalForce(g);
     slip = bearing.rotor_radius_m * shaft.speed + g.tangential_rate - ringArm(g.penetration) * ring_speed;
-    coefficient = bearing.friction_coefficient;
-    if (!friction_.empty()) {
-      const S speed = slip;
-      S own = coefficient;
-      for (const auto* effect : friction_) effect->friction(speed, own);
-      coefficient = own;
-    }
+    coefficient = frictionCoefficient(slip);
   }
   S normal_force;
   if (in.contact_mode != nullptr)

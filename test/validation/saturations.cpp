@@ -1,0 +1,38 @@
+// Saturations that the fitted belief hides: starts at its numbers stop half way, or lose the rotor.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../support/made_sets.hpp"
+#include "amb_rotor/validation/diagnosis.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// A knee next to the bias flux takes more than half of Ki; the belief's, pulled far by what is missing, stands in for it.
+TEST(Saturations, OfTheIronIsToldFromAForceThatIsNotLinear) {
+  const MadeSet& set = madeSet(700077, "magnetic_saturation", 0.0, false);
+  const double knee_T = set.made.truth.effects.at(0).values[0];
+  ASSERT_LT(knee_T, 1.06 * set.dataset.belief.rig.amb.bias_flux_density_T) << "the case is another one";
+  DiagnosisOptions options;
+  options.candidates = {"magnetic_saturation", "magnetic_nonlinearity"};
+  const Diagnosis diagnosis = diagnose(set.dataset.belief, set.dataset, options);
+  ASSERT_EQ(diagnosis.steps.size(), 1u);
+  EXPECT_EQ(diagnosis.steps[0].added, "magnetic_saturation");
+  const auto& knee = diagnosis.steps[0].parameters.at(0);
+  EXPECT_LT(std::fabs(knee.value - knee_T), 3.0 * knee.std);
+}
+
+/// With the belief's numbers a limit at the currents that the rig had loses the rotor; a little above them it does not.
+TEST(Saturations, OfTheCurrentIsFoundWhereALimitTooLowLosesTheRotor) {
+  const MadeSet& set = madeSet(700078, "current_saturation", 0.0, false);
+  DiagnosisOptions options;
+  options.candidates = {"current_saturation"};
+  const Diagnosis diagnosis = diagnose(set.dataset.belief, set.dataset, options);
+  ASSERT_EQ(diagnosis.steps.size(), 1u);
+  const auto& limit = diagnosis.steps[0].parameters.at(0);
+  EXPECT_LT(std::fabs(limit.value - set.made.truth.effects.at(0).values[0]), 3.0 * limit.std);
+}
+
+}  // namespace
+}  // namespace amb_rotor
