@@ -84,7 +84,8 @@ class Diagnoser {
   bool clean() const;
   bool strained() const;
   bool structured() const;
-  Unexplained lawBeside(const Trial& trial, LawEffort effort = LawEffort::whole) const;
+  UnexplainedSearch lawsBeside(const Trial& trial) const;
+  Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
   bool lawIsPlain(double share);
   bool lawLeavesLess();
   void standBy(Diagnosis& out);
@@ -99,7 +100,8 @@ class Diagnoser {
   Trial first_;             ///< the belief, as the baseline left it
   CandidateErrors begun_;   ///< its
   References begin_;        ///< its
-  std::optional<Unexplained> law_;  ///< beside it, where that was asked
+  std::optional<UnexplainedSearch> search_;  ///< beside it
+  std::optional<Unexplained> law_;           ///< what that has found
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
   bool contact_waited_ = false;  ///< in the last screening
@@ -317,16 +319,13 @@ bool Diagnoser::structured() const {
   return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
 }
 
-Unexplained Diagnoser::lawBeside(const Trial& trial, LawEffort effort) const {
-  return searchUnexplained(candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd(), effort);
+UnexplainedSearch Diagnoser::lawsBeside(const Trial& trial) const {
+  return {candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd()};
 }
 
-/// What to say where nothing is wrong without contact: that is where laws are sought.
-Unexplained inContactOnly() {
-  Unexplained out;
-  out.depends_on = {"position", "velocity"};
-  out.shape = "it shows in contact only: a force at the auxiliary bearings, where the rotor has used up the clearance";
-  return out;
+Unexplained Diagnoser::lawBesideNone(LawEffort effort) {
+  if (!search_) search_ = lawsBeside(first_);
+  return search_->law(effort);
 }
 
 /// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
@@ -336,7 +335,7 @@ bool Diagnoser::lawIsPlain(double share) {
   if (errors_.validation_error_free < structured_error && little) return false;
   if (!adopted_.empty() && needsContact(adopted_.back().id)) return false;
   progress(share - 0.02, "a law of a few terms");
-  Unexplained law = lawBeside(first_, LawEffort::plain);
+  Unexplained law = lawBesideNone(LawEffort::plain);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
   law_ = std::move(law);
   return true;
@@ -352,7 +351,7 @@ bool Diagnoser::lawLeavesLess() {
     if (needsContact(effect.id)) return false;
   const bool most_by_one = !much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_);
   if (most_by_one && clean()) return false;
-  if (!law_) law_ = lawBeside(first_, most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
+  if (!law_) law_ = lawBesideNone(most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 
@@ -464,8 +463,9 @@ Diagnosis Diagnoser::run() {
     out.verdict = "unknown";
     if (out.unexplained.terms.empty())
       out.unexplained = errors_.validation_error_free <= structured_error ? inContactOnly()
-                        : law_ && adopted_.empty()                        ? *law_
-                                                                          : lawBeside(joint_);
+                        : !adopted_.empty()                               ? lawsBeside(joint_).law()
+                        : law_                                            ? *law_
+                                                                          : lawBesideNone(LawEffort::whole);
   } else {
     out.verdict = out.steps.empty() ? "none" : "effect";
   }

@@ -62,4 +62,11 @@ std::string powerOf(const Trial& trial, double least_evidence) {
   return out;
 }
 
+Unexplained inContactOnly() {
+  Unexplained out;
+  out.depends_on = {"position", "velocity"};
+  out.shape = "it shows in contact only: a force at the auxiliary bearings, where the rotor has used up the clearance";
+  return out;
+}
+
 }  // namespace amb_rotor

@@ -16,4 +16,7 @@ std::vector<std::string> sentencesOf(const Diagnosis& diagnosis);
 /// nowhere, are left out; empty where nothing is known.
 std::string powerOf(const Trial& trial, double least_evidence);
 
+/// What to say where nothing is wrong without contact: that is where laws are sought.
+Unexplained inContactOnly();
+
 }  // namespace amb_rotor

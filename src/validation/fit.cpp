@@ -212,11 +212,11 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = true;
         break;
       }
-      // the value alone first: most steps that fail do so here; through windows, and with few columns to predict, it is
-      // hardly cheaper than all
+      // with the columns that the next iteration needs, for most steps do well at once; later attempts by the value alone
       std::vector<LocalState> trial_local = local;
       EvaluationOptions trial_options = evaluation;
-      trial_options.jacobian = (windows || options.frozen != nullptr) && attempt == 0;
+      const bool with_columns = windows || options.frozen != nullptr || options.covariance || iteration + 1 < options.most_iterations;
+      trial_options.jacobian = with_columns && attempt == 0;
       if (options.thorough_first && attempt > 0) {  // a step may fail for windows that the way there has thrown off
         trial_options.thorough = true;
         trial_options.window_passes = options.first_window_passes;

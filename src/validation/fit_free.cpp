@@ -16,6 +16,7 @@ constexpr double score_block_s = 0.05;
 /// Angles tried at standstill: over the whole turn, then about the best. The hills of a crack, which opens over a small
 /// angle, are narrow; what else turns with the shaft goes by sine and cosine.
 constexpr int angle_grid = 16, crack_grid = 64, fine_grid = 8;
+constexpr std::size_t most_hollows = 3;
 /// How far a run's angle and speed go from those of its first turns, in standard deviations; and how much stiffer what has
 /// come so far is than it was.
 constexpr double most_clock_deviations = 3.0, held_there = 1e6;
@@ -70,10 +71,64 @@ double sumOfSquares(const Recording& rec, long samples, const std::vector<double
   return sum;
 }
 
+/// Sums of squares at angles of the standing shaft; 1e300: not finite.
+std::vector<double> sumsAtAngles(const Recording& rec, const Model& model, const Stretch& stretch, double offset_std,
+                                 const std::vector<double>& angles) {
+  std::vector<std::vector<double>> outs(angles.size(), std::vector<double>(stretch.last * predicted_channels));
+  std::vector<LaneJob> jobs;
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    jobs.push_back(jobOf(rec, model, angles[k]));
+    jobs.back().out = outs[k].data();
+  }
+  predict(stretch, jobs);
+  std::vector<double> sums(angles.size(), 1e300);
+  for (std::size_t k = 0; k < angles.size(); ++k)
+    if (jobs[k].finite) sums[k] = sumOfSquares(rec, stretch.last, outs[k], offset_std);
+  return sums;
+}
+
+/// At which the prediction comes nearest: the whole turn, then about its lowest hollows, of which a narrow one may be the
+/// deeper between two angles tried. None of them finite: `now`.
+double standstillAngle(const Recording& rec, const Model& model, const Stretch& stretch, double offset_std, double now) {
+  const bool crack = std::any_of(model.effects.begin(), model.effects.end(),
+                                 [](const EffectSetting& effect) { return effect.id == "shaft_crack"; });
+  const int turn_grid = crack ? crack_grid : angle_grid;
+  const double spacing = two_pi / turn_grid;
+  std::vector<double> turn;
+  for (int k = 0; k < turn_grid; ++k) turn.push_back(spacing * k);
+  const std::vector<double> sums = sumsAtAngles(rec, model, stretch, offset_std, turn);
+  std::vector<int> hollows;
+  for (int k = 0; k < turn_grid; ++k)
+    if (sums[k] < 1e300 && sums[k] <= sums[(k + 1) % turn_grid] && sums[k] <= sums[(k + turn_grid - 1) % turn_grid])
+      hollows.push_back(k);
+  std::sort(hollows.begin(), hollows.end(), [&](int one, int other) { return sums[one] < sums[other]; });
+  if (hollows.size() > most_hollows) hollows.resize(most_hollows);
+  std::vector<double> near;
+  for (const int k : hollows)
+    for (int i = 0; i < fine_grid; ++i) near.push_back(spacing * (k - 1 + 2.0 * i / (fine_grid - 1)));
+  if (near.empty()) return now;
+  const std::vector<double> finer = sumsAtAngles(rec, model, stretch, offset_std, near);
+  const long best = std::min_element(finer.begin(), finer.end()) - finer.begin();
+  if (best % fine_grid == 0 || best % fine_grid == fine_grid - 1 || finer[best - 1] >= 1e300 || finer[best + 1] >= 1e300)
+    return near[best];
+  const double bend = finer[best - 1] - 2.0 * finer[best] + finer[best + 1];  // of the parabola through the three
+  const double share = bend > 0.0 ? 0.5 * (finer[best - 1] - finer[best + 1]) / bend : 0.0;
+  return near[best] + share * (near[best + 1] - near[best]);
+}
+
+/// Whether a motion may settle in more than one place. A crack's stiffness goes with the turns and not with the motion.
+bool bendsResonances(const Stretch& stretch, const Model& model) {
+  Model without = model;
+  auto& effects = without.effects;
+  effects.erase(std::remove_if(effects.begin(), effects.end(), [](const EffectSetting& e) { return e.id == "shaft_crack"; }),
+                effects.end());
+  return !predictsExactly(stretch, without);
+}
+
 /// Whether the prediction comes much nearer where it begins at the other end than it did in `base`.
 bool beginsElsewhere(const Recording& rec, const Stretch& stretch, bool from_motion, LaneJob job,
                      const std::vector<double>& base, double offset_std) {
-  if (!Beginning::canMove(rec) || predictsExactly(stretch, *job.model)) return false;
+  if (!Beginning::canMove(rec) || !bendsResonances(stretch, *job.model)) return false;
   const Beginning other(rec, *job.model, stretch, !from_motion);
   std::vector<double> out(static_cast<std::size_t>(rec.samples) * predicted_channels);
   job.out = out.data();
@@ -110,31 +165,10 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   if (angle && local.angle_searches < most_angle_searches) {
     // again while the model still moves
     ++local.angle_searches;
-    const bool crack = std::any_of(models[0].effects.begin(), models[0].effects.end(),
-                                   [](const EffectSetting& effect) { return effect.id == "shaft_crack"; });
-    const int turn_grid = crack ? crack_grid : angle_grid;
     Stretch searched = stretch;
     if (options.all_or_nothing)
       searched.last = std::min(n, std::max<long>(1, static_cast<long>(angle_search_s * rec.run.sample_rate_hz)));
-    double best = 1e300, from = 0.0, spacing = two_pi / turn_grid;
-    for (const int grid : {turn_grid, fine_grid}) {
-      std::vector<std::vector<double>> outs(grid, std::vector<double>(searched.last * predicted_channels));
-      std::vector<LaneJob> jobs;
-      for (int k = 0; k < grid; ++k) {
-        jobs.push_back(jobOf(rec, models[0], from + spacing * k));
-        jobs.back().out = outs[k].data();
-      }
-      predict(searched, jobs);
-      for (int k = 0; k < grid; ++k) {
-        const double sum = jobs[k].finite ? sumOfSquares(rec, searched.last, outs[k], offset_std_) : 1e300;
-        if (sum < best) {
-          best = sum;
-          local.angle_rad = from + spacing * k;
-        }
-      }
-      from = local.angle_rad - spacing;
-      spacing *= 2.0 / (fine_grid - 1);
-    }
+    local.angle_rad = standstillAngle(rec, models[0], searched, offset_std_, local.angle_rad);
   }
 
   // lanes: base, one for each coordinate, then the shaft's: one for the angle, one for a constant speed

@@ -30,6 +30,9 @@ constexpr double largest_move = 30.0, retreat = 0.2;
 /// Iterations of a contender's first look, and of the best of them after it.
 constexpr int glance_iterations = 2, refining_iterations = 5;
 constexpr std::size_t finalists = 3;
+/// Fits of the same terms from different starts, at most; and share of chi2 within which two have ended alike.
+constexpr int most_fits = 4;
+constexpr double alike_share = 1e-3;
 /// Terms that a law may have.
 constexpr std::size_t most_terms = 3;
 /// Rounds along the measured path; what is left out of the begin of a run, in which the force sets in.
@@ -271,9 +274,31 @@ std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singl
   return out;
 }
 
-/// Fits each: its terms, the nuisance and the adopted effects' numbers.
-void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) const {
+const Hypothesis* FittedLaws::settled(const std::vector<int>& terms, int iterations) const {
+  const auto found = known_.find(terms);
+  if (found == known_.end() || found->second.iterations < iterations) return nullptr;
+  return found->second.agreed || found->second.fits >= most_fits ? &found->second.best : nullptr;
+}
+
+const Hypothesis& FittedLaws::add(const Hypothesis& fitted, int iterations) {
+  Known& known = known_[fitted.terms];
+  known.agreed = known.agreed || (known.fits > 0 && std::fabs(fitted.chi2 - known.best.chi2) <= alike_share * known.best.chi2);
+  if (known.fits == 0 || fitted.chi2 < known.best.chi2) known.best = fitted;
+  known.iterations = std::max(known.iterations, iterations);
+  ++known.fits;
+  return known.best;
+}
+
+/// Fits each: its terms, the nuisance and the adopted effects' numbers. Best first, laws of the same terms once.
+void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
+  std::vector<char> known(these.size(), 0);
+  for (std::size_t i = 0; i < these.size(); ++i)
+    if (const Hypothesis* settled = fitted_.settled(these[i].terms, iterations)) {
+      these[i] = *settled;
+      known[i] = 1;
+    }
   tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
+    if (known[i]) return;
     Hypothesis& one = these[i];
     for (auto& local : one.local) local.evaluations = 0;  // of another machine
     FitOptions options;
@@ -287,6 +312,16 @@ void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) const {
     one.covariance = found.covariance;
     one.chi2 = found.finite ? found.chi2 : 1e300;
   });
+  std::vector<Hypothesis> different;
+  for (std::size_t i = 0; i < these.size(); ++i) {
+    const Hypothesis& best = known[i] ? these[i] : fitted_.add(these[i], iterations);
+    const auto same = std::find_if(different.begin(), different.end(), [&](const Hypothesis& o) { return o.terms == best.terms; });
+    if (same == different.end())
+      different.push_back(best);
+    else if (best.chi2 < same->chi2)
+      *same = best;
+  }
+  these = std::move(different);
   std::stable_sort(these.begin(), these.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
 }
 
@@ -354,19 +389,15 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
   return different;
 }
 
-Hypothesis LawSearch::plain(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
-                            double count) const {
-  const Stakes stakes(before, count);
-  const Hypothesis none = without(at, local, before);
-  return plainAmong(alongPath(believed(none), stakes), none, stakes);
-}
-
-Hypothesis LawSearch::without(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double chi2) const {
-  Hypothesis none;
-  none.x = at;
-  none.local = local;
-  none.chi2 = chi2;
-  return none;
+LawSearch::Begun LawSearch::begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
+                                  double count) {
+  Begun out = {{}, Stakes(before, count), {}, {}};
+  out.without.x = at;
+  out.without.local = local;
+  out.without.chi2 = before;
+  out.along = alongPath(believed(out.without), out.stakes);
+  out.plain = plainAmong(out.along, out.without, out.stakes);
+  return out;
 }
 
 Hypothesis LawSearch::believed(const Hypothesis& about) const {
@@ -375,7 +406,7 @@ Hypothesis LawSearch::believed(const Hypothesis& about) const {
   return out;
 }
 
-Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) const {
+Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) {
   std::vector<Hypothesis> these;
   const auto fitted = [&] {
     refine(these, glance_iterations);
@@ -411,7 +442,7 @@ Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none,
 
 /// The law without terms of quantities that the others have not, where these take little of what the others explain nearly
 /// all of: the force along a path that is a little off has a shape that another term can mend.
-Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) const {
+Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) {
   Hypothesis out = law;
   for (bool less = true; less && out.terms.size() > 1;) {
     less = false;
@@ -437,22 +468,16 @@ Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) const
   return out;
 }
 
-Hypothesis LawSearch::best(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
-                           double count) const {
-  const Stakes stakes(before, count);
-  return sparing(ofTerms(at, local, before, stakes), stakes);
-}
+Hypothesis LawSearch::best(const Begun& begun) { return sparing(ofTerms(begun), begun.stakes); }
 
-Hypothesis LawSearch::ofTerms(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
-                              const Stakes& stakes) const {
-  const Hypothesis none = without(at, local, before);
-  const AlongPath along = alongPath(believed(none), stakes);
-  Hypothesis stands = plainAmong(along, none, stakes);
-  if (!stands.terms.empty()) return stands;
+Hypothesis LawSearch::ofTerms(const Begun& begun) {
+  if (!begun.plain.terms.empty()) return begun.plain;
+  const Stakes& stakes = begun.stakes;
+  Hypothesis stands = begun.without;
   std::vector<Hypothesis> these = contenders(stands, first_singles, first_pairs, stakes);
-  if (!space_.farFromBelief(at, far_from_belief).empty())  // also from the belief: what is missing may have pulled the nuisance away
+  if (!space_.farFromBelief(stands.x, far_from_belief).empty())  // also from the belief: what is missing may have pulled the nuisance away
     for (auto& one : contenders(believed(stands), first_singles, first_pairs, stakes)) these.push_back(std::move(one));
-  these.insert(these.end(), along.laws.begin(), along.laws.end());
+  these.insert(these.end(), begun.along.laws.begin(), begun.along.laws.end());
   for (;;) {
     refine(these, glance_iterations);
     if (these.size() > finalists) these.resize(finalists);

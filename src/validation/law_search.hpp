@@ -6,6 +6,7 @@
 // the nuisance free within its belief; then they are compared. What one term leaves is linearised about it, and so on.
 #include <Eigen/Core>
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,23 @@ struct Hypothesis {
   std::vector<LocalState> local;
 };
 
+/// Laws fitted so far, by their terms.
+class FittedLaws {
+ public:
+  /// The best fit of these terms; null where another start, or more iterations, may lead elsewhere.
+  const Hypothesis* settled(const std::vector<int>& terms, int iterations) const;
+  /// @return the best fit of its terms
+  const Hypothesis& add(const Hypothesis& fitted, int iterations);
+
+ private:
+  struct Known {
+    Hypothesis best;
+    int fits = 0, iterations = 0;
+    bool agreed = false;  ///< two fits have ended alike
+  };
+  std::map<std::vector<int>, Known> known_;
+};
+
 class LawSearch {
  public:
   /// @param belief        the nuisance's start is its belief
@@ -44,14 +62,6 @@ class LawSearch {
   /// Sum of squares with the nuisance's priors; 1e300: not finite.
   double chi2(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local, double* count) const;
 
-  /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
-  /// effects' numbers of `at`, from its nuisance and from the believed one; no term: none does. Cheaper than best().
-  Hypothesis plain(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count) const;
-
-  /// The best law: plain() where that is one. @param at the model as it stands, without a law; `before` its chi2, `count` of how many residuals
-  Hypothesis best(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count) const;
-
- private:
   /// What shares of the unexplained are worth.
   struct Stakes {
     double count, least, tie;
@@ -59,25 +69,40 @@ class LawSearch {
         : count(residuals), least(least_term_share * std::max(1.0, before - residuals)), tie(least * equal_share / least_term_share) {}
     bool nothingLeft(double chi2) const { return chi2 - count < least; }
   };
-
-  bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
-  void priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
-  void followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   /// Laws by the forces along the measured path, not fitted yet, and by how much the best lowers chi2 there.
   struct AlongPath {
     std::vector<Hypothesis> laws;
     double promised = 0.0;
   };
+  /// Where a search has come to once it has looked for a plain law.
+  struct Begun {
+    Hypothesis without;  ///< no law
+    Stakes stakes;
+    AlongPath along;
+    Hypothesis plain;    ///< no term: there is none
+  };
+
+  /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
+  /// effects' numbers of `at`, from its nuisance and from the believed one.
+  /// @param at  the model as it stands, without a law; `before` its chi2, `count` of how many residuals
+  Begun begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count);
+
+  /// The best law: the plain one where there is one.
+  Hypothesis best(const Begun& begun);
+
+ private:
+  bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  void priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  void followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
   /// best(), before sparing().
-  Hypothesis ofTerms(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, const Stakes& stakes) const;
-  Hypothesis sparing(const Hypothesis& law, const Stakes& stakes) const;
-  Hypothesis without(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double chi2) const;
+  Hypothesis ofTerms(const Begun& begun);
+  Hypothesis sparing(const Hypothesis& law, const Stakes& stakes);
   Hypothesis believed(const Hypothesis& about) const;
-  Hypothesis plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) const;
+  Hypothesis plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes);
   std::vector<Hypothesis> contenders(const Hypothesis& about, int singles, int pairs, const Stakes& stakes,
                                      int instead = 0) const;
-  void refine(std::vector<Hypothesis>& these, int iterations) const;
+  void refine(std::vector<Hypothesis>& these, int iterations);
   unsigned quantitiesIn(const std::vector<int>& terms) const;
   int quantityCount(const std::vector<int>& terms) const;
   const Hypothesis& chosen(const std::vector<Hypothesis>& these, const Stakes& stakes) const;
@@ -91,6 +116,7 @@ class LawSearch {
   double frequency_hz_;
   FitProblem problem_;
   std::vector<int> base_, library_, fit_, still_, turning_, held_out_;
+  FittedLaws fitted_;
   std::vector<unsigned> quantities_;  ///< that each of the library depends on, as bits
 };
 

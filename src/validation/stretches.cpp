@@ -124,12 +124,37 @@ double settlingTime(const Model& model) {
   return std::min(longest, longest_s);
 }
 
+namespace {
+
+/// Mean square over the noise of what parts two rows of samples; where `level`, each channel's mean apart.
+double meanSquareOver(const Recording& rec, const double* one, const double* other, long samples, bool level) {
+  double sum = 0.0;
+  long count = 0;
+  for (int c = 0; c < predicted_channels; ++c) {
+    if (rec.noise[c] <= 0.0) continue;
+    double mean = 0.0, square = 0.0;
+    for (long i = 0; i < samples; ++i) {
+      const double apart = (one[i * predicted_channels + c] - other[i * predicted_channels + c]) / rec.noise[c];
+      mean += apart;
+      square += apart * apart;
+    }
+    sum += level ? square - mean * mean / samples : square;
+    count += samples;
+  }
+  return sum / std::max(1L, count);
+}
+
+}  // namespace
+
 double settledRunIn(const Recording& rec, const Model& model, const Stretch& stretch, double standstill_angle) {
-  constexpr double longest_s = 2.4, seen_s = 0.02, allowed = 0.05;
+  constexpr double longest_s = 2.4, seen_s = 0.02, allowed = 0.05, settling_share = 0.7;
   Stretch start = stretch;
   start.last = std::min(rec.samples, stretch.first + std::max(1L, std::lround(seen_s * stretch.record_rate_hz)));
-  const std::size_t size = static_cast<std::size_t>(start.last - start.first) * predicted_channels;
+  const long samples = start.last - start.first;
+  const std::size_t size = static_cast<std::size_t>(samples) * predicted_channels, at = start.first * predicted_channels;
+  const double* measured = rec.measured.size() >= at + size ? rec.measured.data() + at : nullptr;
   std::vector<double> before, now(size);
+  double last = 0.0;
   // the run-in looked at is half of start.settle_s: the one twice as long tells how far it is from settled
   for (;; start.settle_s *= 2.0, before = now) {
     std::vector<LaneJob> jobs = {jobOf(rec, model, standstill_angle)};
@@ -137,16 +162,11 @@ double settledRunIn(const Recording& rec, const Model& model, const Stretch& str
     predict(start, jobs);
     if (!jobs[0].finite) return stretch.settle_s;
     if (before.empty()) continue;
-    double square = 0.0;
-    long count = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      const double noise = rec.noise[i % predicted_channels];
-      if (noise <= 0.0) continue;
-      square += std::pow((now[i] - before[i]) / noise, 2);
-      ++count;
-    }
-    if (square <= allowed * allowed * count) return 0.5 * start.settle_s;
-    if (start.settle_s >= longest_s) return start.settle_s;
+    const double square = meanSquareOver(rec, now.data(), before.data(), samples, false);
+    const double off = measured != nullptr ? meanSquareOver(rec, now.data(), measured, samples, true) : 0.0;
+    if (square <= allowed * allowed * std::max(1.0, off)) return 0.5 * start.settle_s;
+    if (start.settle_s >= longest_s) return square < settling_share * settling_share * last ? start.settle_s : stretch.settle_s;
+    last = square;
   }
 }
 

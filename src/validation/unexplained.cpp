@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include "amb_rotor/common/units.hpp"
@@ -12,7 +13,6 @@
 
 namespace amb_rotor {
 namespace {
-
 
 /// Share of the unexplained that a line of fixed frequency must hold to be named without a law.
 constexpr double least_line_share = 0.3;
@@ -92,31 +92,57 @@ void describe(const LawSearch& search, const Hypothesis& law, double level, Unex
 
 }  // namespace
 
-Unexplained searchUnexplained(const std::vector<Recording>& recordings, const FitSpace& space,
-                              const Eigen::VectorXd& x, const std::vector<LocalState>& local,
-                              double offset_std_m, LawEffort effort) {
-  Unexplained out;
+struct UnexplainedSearch::Parts {
+  std::vector<LocalState> local;
+  std::vector<ResidualRows> residuals;
+  CommonLine line;
+  LawSearch search;
+  Eigen::VectorXd stood;  ///< the model as it stands, in the search's space
+  double before = 0.0, count = 0.0;
+  std::optional<LawSearch::Begun> begun = {};
+
+  Parts(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,
+        const std::vector<LocalState>& own, const std::vector<int>& free, double offset_std_m)
+      : local(own),
+        residuals(residualsOf(recordings, space.model(x), free, local, offset_std_m)),
+        line(commonLine(residuals)),
+        search(recordings, space.model(believed(space, x)), space.fitted(), line.frequency_hz, offset_std_m),
+        stood(search.space().start()) {
+    stood.head(x.size()) = x;
+    before = search.chi2(stood, search.fitted(), local, &count);
+  }
+  /// The law's terms are new unknowns, from zero, beside the nuisance with its own prior and what was adopted.
+  static Eigen::VectorXd believed(const FitSpace& space, const Eigen::VectorXd& x) {
+    Eigen::VectorXd out = x;
+    for (int k = 0; k < space.nuisances(); ++k) out[k] = space.coordinates()[k].prior_mean;
+    return out;
+  }
+};
+
+UnexplainedSearch::UnexplainedSearch(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,
+                                     const std::vector<LocalState>& local, double offset_std_m) {
   std::vector<int> free;
   for (int i = 0; i < static_cast<int>(recordings.size()); ++i)
     if (!recordings[i].holdsContact() && recordings[i].run.use == RunUse::fit) free.push_back(i);
-  if (free.empty()) {
+  if (!free.empty()) parts_ = std::make_unique<Parts>(recordings, space, x, local, free, offset_std_m);
+}
+
+UnexplainedSearch::UnexplainedSearch(UnexplainedSearch&&) noexcept = default;
+UnexplainedSearch& UnexplainedSearch::operator=(UnexplainedSearch&&) noexcept = default;
+UnexplainedSearch::~UnexplainedSearch() = default;
+
+Unexplained UnexplainedSearch::law(LawEffort effort) {
+  Unexplained out;
+  if (parts_ == nullptr) {
     out.shape = "no run without contact to look at";
     return out;
   }
-  // the law's terms are new unknowns, from zero, beside the nuisance with its own prior and what was adopted
-  const Model model = space.model(x);
-  Eigen::VectorXd believed = x;
-  for (int k = 0; k < space.nuisances(); ++k) believed[k] = space.coordinates()[k].prior_mean;
-  std::vector<LocalState> own = local;
-  const std::vector<ResidualRows> residuals = residualsOf(recordings, model, free, own, offset_std_m);
-  const CommonLine line = commonLine(residuals);
-  const LawSearch search(recordings, space.model(believed), space.fitted(), line.frequency_hz, offset_std_m);
-  Eigen::VectorXd at = search.space().start();
-  at.head(x.size()) = x;
-  double count = 0.0;
-  const double before = search.chi2(at, search.fitted(), own, &count);
-  const double excess = std::max(1.0, before - count);
-  const Hypothesis law = effort == LawEffort::plain ? search.plain(at, own, before, count) : search.best(at, own, before, count);
+  LawSearch& search = parts_->search;
+  const CommonLine& line = parts_->line;
+  const std::vector<ResidualRows>& residuals = parts_->residuals;
+  const double before = parts_->before, count = parts_->count, excess = std::max(1.0, before - count);
+  if (!parts_->begun) parts_->begun = search.begin(parts_->stood, parts_->local, before, count);
+  const Hypothesis law = effort == LawEffort::plain ? parts_->begun->plain : search.best(*parts_->begun);
   const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
   if (effort == LawEffort::plain && (law.terms.empty() || std::any_of(law.terms.begin(), law.terms.end(), inCatalogue))) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
@@ -144,10 +170,8 @@ Unexplained searchUnexplained(const std::vector<Recording>& recordings, const Fi
   describe(search, law, std::max(1.0, reached / std::max(1.0, count)), out);
   if (!search.heldOut().empty()) {
     double held = 0.0;
-    std::vector<LocalState> fresh = own;
-    Eigen::VectorXd stood = search.space().start();
-    stood.head(x.size()) = x;
-    const double was = search.chi2(stood, search.heldOut(), fresh, &held);
+    std::vector<LocalState> fresh = parts_->local;
+    const double was = search.chi2(parts_->stood, search.heldOut(), fresh, &held);
     const double is = search.chi2(law.x, search.heldOut(), fresh, nullptr);
     out.held_out_gain = (was - is) / std::max(1.0, was - held);
     if (out.held_out_gain < least_term_share) {  // it only repeats the runs that it was fitted to

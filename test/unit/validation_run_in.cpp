@@ -87,6 +87,36 @@ TEST(RunInTest, IsAsLongAsAWeaklyDampedLoopNeeds) {
   EXPECT_GT(farthest(after(stretch.settle_s), settled), 0.3 * noise) << "too short as it was";
 }
 
+TEST(RunInTest, IsNoLongerWhereThePredictionIsFarOffAnyway) {
+  Recording rec = tenthOfASecond(50.0);
+  rec.noise.fill(4e-7);
+  Model weak = turningRotor();
+  weak.rig.controller.kd_A_s_per_m *= 0.25;
+  const Stretch stretch = stretchOf(rec, weak);
+  const double needed = settledRunIn(rec, weak, stretch, 0.0);
+  rec.measured.assign(rec.samples * predicted_channels, 0.0);
+  for (long i = 0; i < rec.samples; ++i)
+    for (int c = 0; c < predicted_channels; ++c) rec.measured[i * predicted_channels + c] = 1e-4 * std::sin(1.0 * i);
+  EXPECT_LT(settledRunIn(rec, weak, stretch, 0.0), needed);
+  Stretch settled = stretch;
+  settled.settle_s = 4.0;
+  rec.measured.assign(rec.samples * predicted_channels, 0.0);
+  std::vector<LaneJob> jobs = {jobOf(rec, weak, 0.0)};
+  jobs[0].out = rec.measured.data();
+  predict(settled, jobs);
+  for (double& value : rec.measured) value += 1e-4;
+  EXPECT_EQ(settledRunIn(rec, weak, stretch, 0.0), needed) << "an offset is fitted: it is nothing that is off";
+}
+
+TEST(RunInTest, IsAsItWasWhereNothingSettles) {
+  Recording rec = tenthOfASecond(50.0);
+  rec.noise.fill(4e-7);
+  Model unstable = turningRotor();
+  unstable.rig.controller.kd_A_s_per_m *= 0.15;
+  const Stretch stretch = stretchOf(rec, unstable);
+  EXPECT_EQ(settledRunIn(rec, unstable, stretch, 0.0), stretch.settle_s) << "a longer one is as far from settled";
+}
+
 TEST(RunInTest, IsSixTimeConstantsOfTheSlowestResonanceUpToALimit) {
   EXPECT_EQ(settlingTime(turningRotor()), 0.0) << "nothing that rings";
   // 6/(2 pi f zeta)

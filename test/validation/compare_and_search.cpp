@@ -66,7 +66,7 @@ Unexplained search(const MadeSet& set, double& error) {
   std::vector<LocalState> local(recordings.size());
   const FitResult result = fit(problem, space.start(), indicesToFit(recordings), local, {});
   error = std::sqrt(result.squares / result.count);
-  return searchUnexplained(recordings, space, result.x, local, set.offset_std_m);
+  return UnexplainedSearch(recordings, space, result.x, local, set.offset_std_m).law();
 }
 
 /// Least share of the held-out error above the noise that the law which made it takes away. One linear step in the
@@ -100,7 +100,7 @@ TEST(UnexplainedTest, ALawThatTheHeldOutRunDoesNotShowIsNone) {
     ASSERT_TRUE(recordings[2].run.use == RunUse::fit && recordings[3].run.use == RunUse::validate);
     const FitSpace space(truth, {});
     const std::vector<LocalState> local(recordings.size());
-    const Unexplained found = searchUnexplained(recordings, space, space.start(), local, set.offset_std_m);
+    const Unexplained found = UnexplainedSearch(recordings, space, space.start(), local, set.offset_std_m).law();
     EXPECT_EQ(found.terms.empty(), !goes_on) << found.shape;
     EXPECT_EQ(found.depends_on.empty(), !goes_on);
     if (goes_on) {

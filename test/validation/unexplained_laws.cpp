@@ -43,7 +43,7 @@ Unexplained searched(const Law& law, double strength, LawEffort effort) {
   std::vector<LocalState> local(recordings.size());
   const FitResult result = fit(problem, space.start(), indicesToFit(recordings), local, {});
   EXPECT_GT(result.squares / result.count, 2.0) << "there is something to explain";
-  return searchUnexplained(recordings, space, result.x, local, set.offset_std_m, effort);
+  return UnexplainedSearch(recordings, space, result.x, local, set.offset_std_m).law(effort);
 }
 
 class UnexplainedLawTest : public testing::TestWithParam<Law> {};

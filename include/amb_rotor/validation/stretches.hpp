@@ -26,8 +26,9 @@ double contactStep(const Model& model);
 double settlingTime(const Model& model);
 
 /// Run-in behind which a recording without contact begins settled [s]: that of the stretch, doubled until twice as long
-/// a one changes the first 20 ms by less than 0.05 of the noise, and 2.4 s at most. A loop of weak damping needs it:
-/// what still rings at the start would be taken for the missing physics.
+/// a one changes the first 20 ms by less than 0.05 of the noise, or of what the prediction is off there if that is more, and
+/// 2.4 s at most. A loop of weak damping needs it: what still rings at the start would be taken for the missing physics. What
+/// does not settle (a limit cycle) keeps the stretch's.
 double settledRunIn(const Recording& rec, const Model& model, const Stretch& stretch, double standstill_angle);
 
 /// Whether the ends, where they touch in instants first .. last - 1, slide fast enough that set-valued and regularised

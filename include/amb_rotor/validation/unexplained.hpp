@@ -1,6 +1,8 @@
 #pragma once
 // When no effect of the catalogue explains a residual: which quantities does the missing force depend on, and in what
 // shape. A hypothesis, not a finding.
+#include <memory>
+
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/fit.hpp"
 
@@ -10,8 +12,21 @@ namespace amb_rotor {
 /// no effect of the catalogue has, and leaves the terms empty where there are none.
 enum class LawEffort { plain, whole };
 
-Unexplained searchUnexplained(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,
-                              const std::vector<LocalState>& local, double offset_std_m,
-                              LawEffort effort = LawEffort::whole);
+/// A search for a law beside a model as it stands. What one question has found is not sought again for the next.
+class UnexplainedSearch {
+ public:
+  /// @param recordings  outlive the search
+  /// @param x, local    the model as it stands, in `space`
+  UnexplainedSearch(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,
+                    const std::vector<LocalState>& local, double offset_std_m);
+  UnexplainedSearch(UnexplainedSearch&&) noexcept;
+  UnexplainedSearch& operator=(UnexplainedSearch&&) noexcept;
+  ~UnexplainedSearch();
+  Unexplained law(LawEffort effort = LawEffort::whole);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;  ///< null: no run without contact to look at
+};
 
 }  // namespace amb_rotor
