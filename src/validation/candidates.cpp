@@ -127,6 +127,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   options.scores = effort.scores;
   options.frozen = effort.frozen;
   options.window_s = effort.window_s;
+  options.columns_at_once = !haveContact();  // windows that follow end elsewhere for any difference
   if (effort.first_look) {
     options.attempts = 5;
     options.covariance = false;

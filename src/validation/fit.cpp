@@ -212,10 +212,12 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = true;
         break;
       }
-      // with the columns that the next iteration needs, for most steps do well at once; later attempts by the value alone
+      // the value alone first: many steps that fail do so here; through windows, and with few columns to predict, it is
+      // hardly cheaper than all
       std::vector<LocalState> trial_local = local;
       EvaluationOptions trial_options = evaluation;
-      const bool with_columns = windows || options.frozen != nullptr || options.covariance || iteration + 1 < options.most_iterations;
+      const bool needed = options.covariance || iteration + 1 < options.most_iterations;
+      const bool with_columns = windows || options.frozen != nullptr || (options.columns_at_once && needed);
       trial_options.jacobian = with_columns && attempt == 0;
       if (options.thorough_first && attempt > 0) {  // a step may fail for windows that the way there has thrown off
         trial_options.thorough = true;

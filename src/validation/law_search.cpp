@@ -304,6 +304,7 @@ void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
     FitOptions options;
     options.most_iterations = iterations;
     options.covariance = false;
+    options.columns_at_once = true;
     options.held.assign(space_.size(), false);
     for (int k = first_; k < space_.size(); ++k)
       options.held[k] = std::find(one.terms.begin(), one.terms.end(), k) == one.terms.end();

@@ -130,6 +130,9 @@ struct FitOptions {
   std::vector<bool> held;    ///< see EvaluationOptions
   const FrozenColumns* frozen = nullptr;  ///< see EvaluationOptions
   int attempts = 6;          ///< damped steps tried in an iteration
+  /// An iteration's first attempt brings the columns that the next one needs, too: cheaper where most steps do well at once.
+  /// Without it such a step is evaluated twice, and what belongs to one run alone (its shaft's angle) moves twice.
+  bool columns_at_once = false;
   bool covariance = true;    ///< linearise once more at the end; false: the covariance is that of the last iteration
   bool scores = false;       ///< fill the robust covariance
 };
