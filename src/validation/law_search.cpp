@@ -30,7 +30,7 @@ constexpr double largest_move = 30.0, retreat = 0.2;
 /// Iterations of a contender's first look, and of the best of them after it.
 constexpr int glance_iterations = 2, refining_iterations = 5;
 constexpr std::size_t finalists = 3;
-/// Fits of the same terms from different starts, at most; and share of chi2 within which two have ended alike.
+/// Fits of the same terms, at most, to go on or from other starts; and share of chi2 within which two have ended alike.
 constexpr int most_fits = 4;
 constexpr double alike_share = 1e-3;
 /// Terms that a law may have.

@@ -95,7 +95,7 @@ class LawSearch {
   void priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   void followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
-  /// best(), before sparing().
+  /// What best() is before sparing().
   Hypothesis ofTerms(const Begun& begun);
   Hypothesis sparing(const Hypothesis& law, const Stakes& stakes);
   Hypothesis believed(const Hypothesis& about) const;

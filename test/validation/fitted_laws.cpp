@@ -27,7 +27,7 @@ TEST(FittedLaws, TwoFitsThatEndAlikeSettleTheirTermsAlone) {
   EXPECT_EQ(known.settled({7, 8}, glance), nullptr);
 }
 
-TEST(FittedLaws, FourStartsAreTheMost) {
+TEST(FittedLaws, FourFitsAreTheMost) {
   FittedLaws known;
   for (const double chi2 : {4000.0, 2000.0, 3000.0}) {
     known.add(law({2}, chi2), glance);
