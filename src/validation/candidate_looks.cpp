@@ -51,6 +51,8 @@ constexpr double small_gain = 0.01;
 /// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
 /// leaves so many times the noise's square.
 constexpr double most = 0.7, plain_misfit = 2.0;
+/// The latter for an effect that is beyond doubt without contact.
+constexpr double little_misfit = 1.2;
 /// Iterations in a round for the other starts of a candidate that has several hills.
 constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
@@ -63,8 +65,8 @@ constexpr double lowest_floor = 0.5;
 
 /// Whether a fit through contact has taken most of what the reference leaves above the floor, where that is plain: windows
 /// with free starts have a floor below 1 that nobody knows.
-bool takesMost(const FitResult& fit, const FitResult& reference) {
-  return reference.squares > plain_misfit * reference.count &&
+bool takesMost(const FitResult& fit, const FitResult& reference, double misfit = plain_misfit) {
+  return reference.squares > misfit * reference.count &&
          fit.squares - fit.count < (1.0 - most) * (reference.squares - reference.count);
 }
 
@@ -86,7 +88,7 @@ bool Leaders::beyondContact(const References& references) const {
 
 bool Leaders::waits(const References& references) const {
   const FitResult& fit = references.free.fit;
-  return contact_waits && free > beyond_doubt && fit.squares > plainly_off * fit.count;
+  return contact_waits && free > beyond_doubt && (explains_contact || fit.squares > plainly_off * fit.count);
 }
 
 void Leaders::add(const Trial& trial, const References& references) {
@@ -298,6 +300,14 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
                           : fit(winner.effects(), &own, winner.local, {Through::contact, round_iterations, false, true}, &references.prior));
   }
   return winner;
+}
+
+bool Candidates::explainsContact(const Trial& trial, const References& references) const {
+  const Eigen::VectorXd own = trial.nuisance();
+  const Trial there = fit(trial.effects(), &own, references.contact.local, {Through::contact, first_look_iterations, false, true},
+                          &references.prior);
+  const FitResult& reference = (there.stride > 1 ? references.sparse : references.contact).fit;
+  return there.fit.finite && takesMost(there.fit, reference, little_misfit);
 }
 
 void Candidates::value(Trial& trial, const References& references) const {

@@ -60,7 +60,8 @@ struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
   bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
   bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
-  bool contact_waits = true;     ///< for a leader beyond doubt, where the runs without contact are plainly off
+  bool contact_waits = true;     ///< for a leader beyond doubt, where the runs without contact are plainly off or it explains both
+  bool explains_contact = false;  ///< that leader, too: it takes most of what is off through contact
 
   void add(const Trial& trial, const References& references);
   /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
@@ -145,6 +146,8 @@ class Candidates {
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
   Trial look(const std::string& effect, const Settings& adopted, const References& references,
              const Leaders& leaders) const;
+  /// Whether an effect that has been looked at without contact takes most of what is off through contact.
+  bool explainsContact(const Trial& trial, const References& references) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
   void finish(std::vector<Trial>& trials, const References& references, const Leaders& leaders,
               const std::function<void(const std::string&)>& tell) const;

@@ -16,13 +16,11 @@
 #include "diagnosis_words.hpp"
 #include "pairs.hpp"
 #include "proposals.hpp"
+#include "screening.hpp"
 
 namespace amb_rotor {
 namespace {
 
-/// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
-constexpr double rival_share = 0.3;
-constexpr int judged_stride = 4;
 /// Of everything together at most.
 constexpr int joint_iterations = 15;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
@@ -89,7 +87,6 @@ class Diagnoser {
   bool lawIsPlain(double share);
   bool lawLeavesLess();
   void standBy(Diagnosis& out);
-  double sampledError();
   bool adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out);
 
   Candidates candidates_;
@@ -105,7 +102,6 @@ class Diagnoser {
   Trial joint_;             ///< the model as it stands, fitted to all runs
   CandidateErrors errors_;  ///< its
   bool contact_waited_ = false;  ///< in the last screening
-  double sampled_error_ = -1.0;  ///< of the reference through contact on the windows of `judged_stride`; below 0: not known
 };
 
 void Diagnoser::setReferences(const Trial& free, const Trial& all) {
@@ -136,47 +132,10 @@ void Diagnoser::baseline(Diagnosis& out) {
 }
 
 std::vector<Trial> Diagnoser::screen(double from, double to, bool contact_may_wait) {
-  std::vector<Trial> trials;
-  const auto holds = [](const Settings& settings, const std::string& name) {
-    return std::any_of(settings.begin(), settings.end(), [&](const EffectSetting& s) { return s.id == name; });
-  };
-  Leaders leaders;
-  leaders.contact_waits = contact_may_wait;
-  for (std::size_t n = 0; n < names_.size(); ++n) {
-    progress(from + 0.6 * (to - from) * n / names_.size(), names_[n]);
-    if (holds(adopted_, names_[n]) || holds(candidates_.belief().effects, names_[n])) continue;
-    trials.push_back(candidates_.look(names_[n], adopted_, references_, leaders));
-    leaders.add(trials.back(), references_);
-  }
-  contact_waited_ = candidates_.haveContact() && leaders.waits(references_);
-  candidates_.finish(trials, references_, leaders, [&](const std::string& name) { progress(from + 0.6 * (to - from), name + ", to the end"); });
-  progress(from + 0.85 * (to - from), "judging on the runs to validate");
-  for (auto& t : trials) {
-    t.errors = errors_;  // what cannot be seen changes nothing
-    if (!t.usable()) continue;
-    const bool contact = needsContact(t.effect);
-    if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
-    const bool rival = t.evidence > rival_share * trials[0].evidence;
-    const int stride = rival ? 1 : strideOver(t.space->fitted(), judged_stride);
-    t.errors = candidates_.judge(t, contact, false, stride);
-    if (contact && stride > 1) scaleToAllWindows(t.errors, errors_.validation_error_contact, sampledError());
-    // the runs that this candidate was not fitted on count as the reference left them
-    const FitResult& other = contact ? references_.free.fit : references_.contact.fit;
-    if (candidates_.haveContact())
-      t.errors.fit_error =
-          std::sqrt((t.stride * t.fit.squares + other.squares) / (t.stride * t.fit.count + other.count));
-  }
-  return trials;
-}
-
-/// Of the reference through contact, on the windows of `judged_stride`.
-double Diagnoser::sampledError() {
-  if (sampled_error_ < 0.0) {
-    Trial reference = references_.contact;
-    sampled_error_ =
-        candidates_.judge(reference, true, false, strideOver(adopted_, judged_stride)).validation_error_contact;
-  }
-  return sampled_error_;
+  Screening out = amb_rotor::screen(candidates_, names_, {adopted_, references_, errors_}, contact_may_wait,
+                                    [&](double share, const std::string& what) { progress(from + share * (to - from), what); });
+  contact_waited_ = out.contact_waited;
+  return std::move(out.trials);
 }
 
 Candidate Diagnoser::valued(const Trial& t) const {
@@ -252,7 +211,6 @@ void Diagnoser::refer() {
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
   setReferences(free, joint_);
-  sampled_error_ = -1.0;
 }
 
 /// Takes an earlier step back that the later ones have made needless.
@@ -335,7 +293,7 @@ bool Diagnoser::lawIsPlain(double share) {
   if (errors_.validation_error_free < structured_error && little) return false;
   if (!adopted_.empty() && needsContact(adopted_.back().id)) return false;
   progress(share - 0.02, "a law of a few terms");
-  Unexplained law = lawBesideNone(LawEffort::plain);
+  Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
   law_ = std::move(law);
   return true;

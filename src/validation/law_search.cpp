@@ -8,6 +8,7 @@
 #include <bitset>
 #include <cmath>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "amb_rotor/effects/catalogue.hpp"
@@ -30,9 +31,6 @@ constexpr double largest_move = 30.0, retreat = 0.2;
 /// Iterations of a contender's first look, and of the best of them after it.
 constexpr int glance_iterations = 2, refining_iterations = 5;
 constexpr std::size_t finalists = 3;
-/// Fits of the same terms, at most, to go on or from other starts; and share of chi2 within which two have ended alike.
-constexpr int most_fits = 4;
-constexpr double alike_share = 1e-3;
 /// Terms that a law may have.
 constexpr std::size_t most_terms = 3;
 /// Rounds along the measured path; what is left out of the begin of a run, in which the force sets in.
@@ -190,19 +188,22 @@ LawSearch::AlongPath LawSearch::alongPath(const Hypothesis& about, const Stakes&
     one.local = about.local;
     out.laws.push_back(std::move(one));
   };
+  const auto bestOfSet = [&](unsigned quantities) {
+    std::vector<int> alike;
+    for (std::size_t i = 0; i < library_.size(); ++i)
+      if (quantities_[i] == quantities) alike.push_back(library_[i]);
+    const std::vector<unsigned> of_these(alike.size(), quantities);
+    return bestTerms(h, g, base_, alike, of_these, stakes.least, stakes.tie, most_terms);
+  };
+  for (const unsigned quantities : std::set<unsigned>(quantities_.begin(), quantities_.end()))
+    out.by_one_set = std::max(out.by_one_set, bestOfSet(quantities).drop);
   add(best.terms);
   for (const int term : best.terms) {
-    std::vector<int> own, alike;
-    std::vector<unsigned> of_these;
+    std::vector<int> own;
     for (const int k : best.terms)
       if (quantitiesIn({k}) == quantitiesIn({term})) own.push_back(k);
     add(own);
-    for (std::size_t i = 0; i < library_.size(); ++i)
-      if (quantities_[i] == quantitiesIn({term})) {
-        alike.push_back(library_[i]);
-        of_these.push_back(quantities_[i]);
-      }
-    add(bestTerms(h, g, base_, alike, of_these, stakes.least, stakes.tie, most_terms).terms);
+    add(bestOfSet(quantitiesIn({term})).terms);
   }
   for (const TermChoice& one : bestSubsets(h, g, base_, library_, 1, first_singles)) add(one.terms);
   for (const TermChoice& two : bestSubsets(h, g, base_, library_, 2, first_pairs)) add(two.terms);
@@ -272,21 +273,6 @@ std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singl
   if (singles > 0) add(bestTerms(h, g, base_, library_, quantities_, stakes.least, stakes.tie, about.terms.empty() ? 2 : 3).terms);
   for (const TermChoice& other : bestSubsets(h, g, base_, library_, 1, instead)) add(other.terms);
   return out;
-}
-
-const Hypothesis* FittedLaws::settled(const std::vector<int>& terms, int iterations) const {
-  const auto found = known_.find(terms);
-  if (found == known_.end() || found->second.iterations < iterations) return nullptr;
-  return found->second.agreed || found->second.fits >= most_fits ? &found->second.best : nullptr;
-}
-
-const Hypothesis& FittedLaws::add(const Hypothesis& fitted, int iterations) {
-  Known& known = known_[fitted.terms];
-  known.agreed = known.agreed || (known.fits > 0 && std::fabs(fitted.chi2 - known.best.chi2) <= alike_share * known.best.chi2);
-  if (known.fits == 0 || fitted.chi2 < known.best.chi2) known.best = fitted;
-  known.iterations = std::max(known.iterations, iterations);
-  ++known.fits;
-  return known.best;
 }
 
 /// Fits each: its terms, the nuisance and the adopted effects' numbers. Best first, laws of the same terms once.
@@ -397,8 +383,12 @@ LawSearch::Begun LawSearch::begin(const Eigen::VectorXd& at, const std::vector<L
   out.without.local = local;
   out.without.chi2 = before;
   out.along = alongPath(believed(out.without), out.stakes);
-  out.plain = plainAmong(out.along, out.without, out.stakes);
   return out;
+}
+
+const Hypothesis& LawSearch::plain(Begun& begun) {
+  if (!begun.plain) begun.plain = plainAmong(begun.along, begun.without, begun.stakes);
+  return *begun.plain;
 }
 
 Hypothesis LawSearch::believed(const Hypothesis& about) const {
@@ -469,10 +459,10 @@ Hypothesis LawSearch::sparing(const Hypothesis& law, const Stakes& stakes) {
   return out;
 }
 
-Hypothesis LawSearch::best(const Begun& begun) { return sparing(ofTerms(begun), begun.stakes); }
+Hypothesis LawSearch::best(Begun& begun) { return sparing(ofTerms(begun), begun.stakes); }
 
-Hypothesis LawSearch::ofTerms(const Begun& begun) {
-  if (!begun.plain.terms.empty()) return begun.plain;
+Hypothesis LawSearch::ofTerms(Begun& begun) {
+  if (!plain(begun).terms.empty()) return plain(begun);
   const Stakes& stakes = begun.stakes;
   Hypothesis stands = begun.without;
   std::vector<Hypothesis> these = contenders(stands, first_singles, first_pairs, stakes);

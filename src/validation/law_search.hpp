@@ -6,45 +6,22 @@
 // the nuisance free within its belief; then they are compared. What one term leaves is linearised about it, and so on.
 #include <Eigen/Core>
 #include <algorithm>
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "amb_rotor/validation/fit.hpp"
+#include "fitted_laws.hpp"
 
 namespace amb_rotor {
 
 /// A further term must take this share of what is above the noise; laws this close to each other count as equal.
 constexpr double least_term_share = 0.05, equal_share = 0.01;
+/// Share of what any three terms explain along the measured path that one set of quantities must explain to foresee a plain law.
+constexpr double plain_by_one_set = 0.88;
 
 /// Quantities of a term, out of its meaning ("position, velocity: ...").
 std::vector<std::string> quantitiesOf(const std::string& meaning);
-
-/// A law with its fit.
-struct Hypothesis {
-  std::vector<int> terms;  ///< coordinates; empty: none was found
-  Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;
-  double chi2 = 1e300;     ///< with the nuisance's priors
-  std::vector<LocalState> local;
-};
-
-/// Laws fitted so far, by their terms.
-class FittedLaws {
- public:
-  /// The best fit of these terms; null where another start, or more iterations, may lead elsewhere.
-  const Hypothesis* settled(const std::vector<int>& terms, int iterations) const;
-  /// @return the best fit of its terms
-  const Hypothesis& add(const Hypothesis& fitted, int iterations);
-
- private:
-  struct Known {
-    Hypothesis best;
-    int fits = 0, iterations = 0;
-    bool agreed = false;  ///< two fits have ended alike
-  };
-  std::map<std::vector<int>, Known> known_;
-};
 
 class LawSearch {
  public:
@@ -72,23 +49,27 @@ class LawSearch {
   /// Laws by the forces along the measured path, not fitted yet, and by how much the best lowers chi2 there.
   struct AlongPath {
     std::vector<Hypothesis> laws;
-    double promised = 0.0;
+    double promised = 0.0, by_one_set = 0.0;  ///< the latter: the best law of one set of quantities
+    /// Whether one set of quantities does there nearly what any three terms do: so do plain laws, but not two effects.
+    bool foreseesPlain() const { return by_one_set >= plain_by_one_set * promised; }
   };
   /// Where a search has come to once it has looked for a plain law.
   struct Begun {
     Hypothesis without;  ///< no law
     Stakes stakes;
     AlongPath along;
-    Hypothesis plain;    ///< no term: there is none
+    std::optional<Hypothesis> plain;  ///< once it was asked for; no term: there is none
   };
 
-  /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
-  /// effects' numbers of `at`, from its nuisance and from the believed one.
   /// @param at  the model as it stands, without a law; `before` its chi2, `count` of how many residuals
   Begun begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count);
 
+  /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
+  /// effects' numbers of the begin, from its nuisance and from the believed one.
+  const Hypothesis& plain(Begun& begun);
+
   /// The best law: the plain one where there is one.
-  Hypothesis best(const Begun& begun);
+  Hypothesis best(Begun& begun);
 
  private:
   bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
@@ -96,7 +77,7 @@ class LawSearch {
   void followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
   /// What best() is before sparing().
-  Hypothesis ofTerms(const Begun& begun);
+  Hypothesis ofTerms(Begun& begun);
   Hypothesis sparing(const Hypothesis& law, const Stakes& stakes);
   Hypothesis believed(const Hypothesis& about) const;
   Hypothesis plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes);

@@ -142,9 +142,11 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   const std::vector<ResidualRows>& residuals = parts_->residuals;
   const double before = parts_->before, count = parts_->count, excess = std::max(1.0, before - count);
   if (!parts_->begun) parts_->begun = search.begin(parts_->stood, parts_->local, before, count);
-  const Hypothesis law = effort == LawEffort::plain ? parts_->begun->plain : search.best(*parts_->begun);
+  if (effort == LawEffort::foreseen && !parts_->begun->along.foreseesPlain()) return out;
+  const bool plain = effort != LawEffort::whole;
+  const Hypothesis law = plain ? search.plain(*parts_->begun) : search.best(*parts_->begun);
   const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
-  if (effort == LawEffort::plain && (law.terms.empty() || std::any_of(law.terms.begin(), law.terms.end(), inCatalogue))) return out;
+  if (plain && (law.terms.empty() || std::any_of(law.terms.begin(), law.terms.end(), inCatalogue))) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
   const std::vector<int>& terms = law.terms;
   const double line_share =
