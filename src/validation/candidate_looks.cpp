@@ -51,8 +51,9 @@ constexpr double small_gain = 0.01;
 /// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
 /// leaves so many times the noise's square.
 constexpr double most = 0.7, plain_misfit = 2.0;
-/// The latter for an effect that is beyond doubt without contact.
-constexpr double little_misfit = 1.2;
+/// The latter for an effect that is beyond doubt without contact; and for one that leaves less than what the right models are
+/// seen to leave at most.
+constexpr double little_misfit = 1.2, right_square = 0.93;
 /// Iterations in a round for the other starts of a candidate that has several hills.
 constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
@@ -99,6 +100,7 @@ void Leaders::add(const Trial& trial, const References& references) {
     free_settled = free > beyond_doubt && trial.fit.squares < settled_square * trial.fit.count;
   } else if (trial.evidence > plain_evidence &&
              (takesNearlyAll(trial.fit, references.of(trial).fit) ||
+              (trial.fit.squares < right_square * trial.fit.count && takesMost(trial.fit, references.of(trial).fit, little_misfit)) ||
               (trial.fit.squares < settled_square * trial.fit.count && takesMost(trial.fit, references.of(trial).fit)))) {
     through_contact = true;
   }
@@ -106,7 +108,7 @@ void Leaders::add(const Trial& trial, const References& references) {
 
 std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& starts,
                                                          const std::vector<Eigen::VectorXd>& nuisances,
-                                                         const References& references, double leader,
+                                                         const References& references, const Leaders& leaders,
                                                          bool& serious) const {
   std::vector<std::size_t> order(starts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -141,7 +143,8 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     }
     const double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
-    serious = !(foreseen > 0.0) || foreseen_short * foreseen > in_reach * leader;
+    serious = !(foreseen > 0.0) || foreseen_short * foreseen > in_reach * leaders.free;
+    if (!serious && leaders.only_serious) return {};
     if (!serious) followed = 1;
     for (std::size_t i = 0; i < starts.size(); ++i)
       if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
@@ -197,10 +200,21 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   return out;
 }
 
+namespace {
+
+Trial notFollowed() {
+  Trial out;
+  out.fit.finite = false;
+  return out;
+}
+
+}  // namespace
+
 Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                          const References& references, bool contact, const Leaders& leaders, bool& serious) const {
   auto followed = contact ? promisingThroughContact(starts, nuisances, references, leaders)
-                          : promisingFree(starts, nuisances, references, leaders.free, serious);
+                          : promisingFree(starts, nuisances, references, leaders, serious);
+  if (followed.empty()) return notFollowed();
   const bool settled = contact && leaders.settles(references);
   if (settled) {
     followed.resize(1);
@@ -262,6 +276,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   bool serious = true;
   Trial winner = bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
+  if (!winner.fit.finite) return winner;  // also: not followed
   value(winner, references);
   // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
   // there has led astray begin anew

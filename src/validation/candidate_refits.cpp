@@ -185,6 +185,24 @@ Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterati
   return walked(std::move(trial), prior, iterations);
 }
 
+
+namespace {
+
+/// A valley bends: no coordinate is known better than it is apart at places of it, from where `trial` stands, over the root of
+/// their rise above the lowest of them.
+void widenTo(const std::vector<Trial>& places, const Trial& here, Trial& trial) {
+  for (const Trial& place : places) {
+    const double rise = std::max(1.0, place.fit.chi2 - here.fit.chi2);
+    for (long k = place.space->nuisances(); k < place.fit.x.size(); ++k) {
+      const double apart = place.fit.x[k] - trial.fit.x[k];
+      double& variance = trial.fit.covariance(k, k);
+      variance = std::max(variance, apart * apart / rise);
+    }
+  }
+}
+
+}  // namespace
+
 Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iterations) const {
   for (int round = 0; round < valley_rounds && trial.fit.finite; ++round) {
     const Eigen::VectorXd deviation = leastKnown(trial);
@@ -244,10 +262,12 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
         more.fit.covariance.row(effort.held).setZero();  // it stood where it was
         more.fit.covariance.col(effort.held).setZero();
         more.fit.covariance += spread * spread.transpose();
+        widenTo(places, here, more);
         return more;
       }
     }
     trial.fit.covariance += spread * spread.transpose() - deviation * deviation.transpose();
+    widenTo(places, here, trial);
     break;
   }
   return trial;

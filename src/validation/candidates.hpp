@@ -61,6 +61,7 @@ struct Leaders {
   bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
   bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
   bool contact_waits = true;     ///< for a leader beyond doubt, where the runs without contact are plainly off or it explains both
+  bool only_serious = false;  ///< what is foreseen far behind the leader without contact is not looked at
   bool explains_contact = false;  ///< that leader, too: it takes most of what is off through contact
 
   void add(const Trial& trial, const References& references);
@@ -157,9 +158,10 @@ class Candidates {
   double worstThroughContact(const Trial& trial) const;
   /// One fit to be tried: with these effects, from this nuisance.
   using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
-  /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader.
+  /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader; none is
+  /// followed where only such are wanted.
   std::vector<Start> promisingFree(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-                                   const References& references, double leader, bool& serious) const;
+                                   const References& references, const Leaders& leaders, bool& serious) const;
   std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
                                              const std::vector<Eigen::VectorXd>& nuisances,
                                              const References& references, const Leaders& leaders) const;

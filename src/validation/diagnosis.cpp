@@ -54,11 +54,8 @@ class Diagnoser {
     if (names_.empty())
       for (const auto& schema : effectCatalogue().all())
         if (!schema.only_by_name) names_.push_back(schema.id);
-    // those that take long come last, when it is known whether they may still lead
     std::stable_partition(names_.begin(), names_.end(), isNested);
-    std::stable_partition(names_.begin(), names_.end(), [](const std::string& name) { return !needsContact(name); });
-    std::stable_partition(names_.begin(), names_.end(),
-                          [](const std::string& name) { return !effectCatalogue().find(name)->slow_to_predict; });
+    slowLast(names_);
   }
 
   Diagnosis run();
@@ -132,7 +129,7 @@ void Diagnoser::baseline(Diagnosis& out) {
 }
 
 std::vector<Trial> Diagnoser::screen(double from, double to, bool contact_may_wait) {
-  Screening out = amb_rotor::screen(candidates_, names_, {adopted_, references_, errors_}, contact_may_wait,
+  Screening out = amb_rotor::screen(candidates_, names_, {adopted_, references_, errors_, !adopted_.empty()}, contact_may_wait,
                                     [&](double share, const std::string& what) { progress(from + share * (to - from), what); });
   contact_waited_ = out.contact_waited;
   return std::move(out.trials);
@@ -384,7 +381,10 @@ Diagnosis Diagnoser::run() {
     if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     std::vector<Trial> trials = screen(from, to, true);
-    if (step == 0) rank(trials, out);
+    if (step == 0) {
+      rank(trials, out);
+      names_ = likeliestFirst(names_, trials);
+    }
     const Trial* chosen = adoptBest(trials, to, out);
     const bool plain_law = chosen == nullptr && step == 0 && lawIsPlain(to);
     const double least = (plain_law ? as_good : adopted_.empty() ? 0.0 : beside_others) * references_.most();

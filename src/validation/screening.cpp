@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "amb_rotor/validation/ranking.hpp"
 
@@ -47,6 +48,25 @@ void judge(const Candidates& candidates, const Standing& standing, std::vector<T
 
 }  // namespace
 
+void slowLast(std::vector<std::string>& names) {
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return !needsContact(name); });
+  std::stable_partition(names.begin(), names.end(),
+                        [](const std::string& name) { return !effectCatalogue().find(name)->slow_to_predict; });
+}
+
+std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials) {
+  std::map<std::string, double> evidence;
+  for (const Trial& t : trials)
+    if (t.usable()) evidence[t.effect] = t.evidence;
+  const auto of = [&](const std::string& name) {
+    const auto found = evidence.find(name);
+    return found == evidence.end() ? 0.0 : found->second;
+  };
+  std::stable_sort(names.begin(), names.end(), [&](const auto& a, const auto& b) { return of(a) > of(b); });
+  slowLast(names);
+  return names;
+}
+
 Screening screen(const Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,
                  bool contact_may_wait, const std::function<void(double, const std::string&)>& progress) {
   const References& references = standing.references;
@@ -54,6 +74,7 @@ Screening screen(const Candidates& candidates, const std::vector<std::string>& n
   std::vector<Trial>& trials = out.trials;
   Leaders leaders;
   leaders.contact_waits = contact_may_wait;
+  leaders.only_serious = standing.ranked;
   std::size_t leader = 0;
   bool asked = !candidates.haveContact() || !contact_may_wait;
   for (std::size_t n = 0; n < names.size(); ++n) {

@@ -13,12 +13,19 @@ struct Standing {
   const Settings& adopted;
   const References& references;
   const CandidateErrors& errors;  ///< on the runs to validate
+  bool ranked;                    ///< all candidates have been valued once: what is far behind is not looked at again
 };
 
 struct Screening {
   std::vector<Trial> trials;    ///< the most evidence first
   bool contact_waited = false;  ///< candidates through contact were not looked at, for one beyond doubt without
 };
+
+/// Those that take long to predict come last, when it is known whether they may still lead, and before them those through contact.
+void slowLast(std::vector<std::string>& names);
+
+/// By the evidence that they had, those that take long still last: what stood out alone is the likeliest beside another.
+std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
 /// @param names             in the order in which they are looked at; what comes late and can no longer lead costs less
 /// @param contact_may_wait  whether candidates through contact wait for one that is beyond doubt without

@@ -186,7 +186,9 @@ TEST(ProposedExperimentsTest, AModelThatBreaksARuleHasNone) {
       for (const Candidate& row : found.ranking) EXPECT_EQ(row.experiment.empty(), broken) << row.effect << row.experiment;
       EXPECT_EQ(found.rivals.empty(), broken);
       ASSERT_EQ(found.remarks.size(), broken ? 1u : 0u);
-      if (broken) EXPECT_NE(found.remarks[0].find("to part stiffness_anisotropy"), std::string::npos) << found.remarks[0];
+      if (broken) {
+        EXPECT_NE(found.remarks[0].find("to part stiffness_anisotropy"), std::string::npos) << found.remarks[0];
+      }
       preferLaw(found, {});  // what a law stands for is parted from nothing
       for (const Candidate& row : found.ranking) EXPECT_TRUE(row.experiment.empty());
     }
