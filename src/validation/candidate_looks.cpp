@@ -14,6 +14,8 @@ namespace {
 
 /// Iterations of a candidate's first look, and candidates that are then fitted to the end.
 constexpr int first_look_iterations = 2, finalists = 6;
+/// Attempts at each of their steps where contact needs one look only.
+constexpr int settled_attempts = 2;
 /// Of several starts so many are followed.
 constexpr std::size_t followed_starts = 2;
 /// A start whose gain is foreseen at so many times less than what would bring it near the leader is not taken seriously:
@@ -35,6 +37,8 @@ constexpr double hopeless_pace = 8.0;
 /// Where the leader's mean square over the noise is below so much, rivals can only come near it: fewer rounds, and other
 /// hills only for those that stand at this share of its evidence.
 constexpr double settled_square = 1.06, settled_pace = 1.5, near = 0.9;
+/// Share of the evidence of one that leaves nothing by which a rival through contact is beaten.
+constexpr double not_near = 0.01;
 /// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
 constexpr double out_of_reach = 1.2;
 /// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
@@ -76,6 +80,12 @@ bool takesNearlyAll(const FitResult& fit, const FitResult& reference) {
   return takesMost(fit, reference) && fit.squares - fit.count < 1e-3 * (reference.squares - reference.count);
 }
 
+/// Whether it leaves next to nothing through contact.
+bool leavesNothing(const FitResult& fit, const FitResult& reference) {
+  return takesNearlyAll(fit, reference) || (fit.squares < right_square * fit.count && takesMost(fit, reference, little_misfit)) ||
+         (fit.squares < settled_square * fit.count && takesMost(fit, reference));
+}
+
 }  // namespace
 
 double mostThroughContact(const References& references) {
@@ -98,10 +108,7 @@ void Leaders::add(const Trial& trial, const References& references) {
     if (trial.evidence <= free) return;
     free = trial.evidence;
     free_settled = free > beyond_doubt && trial.fit.squares < settled_square * trial.fit.count;
-  } else if (trial.evidence > plain_evidence &&
-             (takesNearlyAll(trial.fit, references.of(trial).fit) ||
-              (trial.fit.squares < right_square * trial.fit.count && takesMost(trial.fit, references.of(trial).fit, little_misfit)) ||
-              (trial.fit.squares < settled_square * trial.fit.count && takesMost(trial.fit, references.of(trial).fit)))) {
+  } else if (trial.evidence > plain_evidence && leavesNothing(trial.fit, references.of(trial).fit)) {
     through_contact = true;
   }
 }
@@ -225,6 +232,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
     effort.every_effect = settled;
+    if (settled) effort.attempts = settled_attempts;
     if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);
@@ -368,10 +376,12 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);
     const bool contact = needsContact(t.effect);
-    goOn(t, {contact ? Through::contact : Through::free, round_iterations, false, contact});
+    FitEffort effort = {contact ? Through::contact : Through::free, round_iterations, false, contact};
+    effort.every_effect = contact && leaders.through_contact;
+    goOn(t, effort);
     // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {
-      if (t.evidence < (settled ? near : in_reach) * leader || (contact && takesNearlyAll(t.fit, references.of(t).fit))) break;
+      if (t.evidence < (settled ? near : in_reach) * leader || (contact && leavesNothing(t.fit, references.of(t).fit))) break;
       value(other, references);
       goOn(other, {contact ? Through::contact : Through::free, contact ? round_iterations : climbing_iterations, false, contact});
       if (other.evidence > t.evidence) t = std::move(other);
@@ -381,8 +391,13 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   // some of the windows tell candidates far apart; rivals are fitted through all of them
   std::vector<Trial*> rivals;
   int contenders = 0;  // also those that all windows tell of already, as a ring's
+  const double best = std::max(trials[0].evidence, 0.0);
+  const auto contends = [&](const Trial& t) {  // nobody passes one that leaves nothing
+    return t.evidence > in_reach * best &&
+           !(leaders.through_contact && needsContact(t.effect) && best - t.evidence > std::max(beyond_doubt, not_near * best));
+  };
   for (auto& t : trials)
-    if (t.usable() && t.evidence > in_reach * std::max(trials[0].evidence, 0.0)) {
+    if (t.usable() && contends(t)) {
       ++contenders;
       if (t.stride > 1) rivals.push_back(&t);
     }

@@ -129,7 +129,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   options.window_s = effort.window_s;
   options.columns_at_once = !haveContact();  // windows that follow end elsewhere for any difference
   if (effort.first_look) {
-    options.attempts = 5;
+    options.attempts = effort.attempts;
     options.covariance = false;
     if (effort.iterations == 0) options.first_window_passes = 1;
     options.thorough_first = effort.through == Through::contact;  // a window that begins wrong outweighs many

@@ -90,6 +90,7 @@ struct FitEffort {
   bool every_effect = false;  ///< at that stride also where an effect does not allow it
   const FrozenColumns* frozen = nullptr;  ///< of what the reference holds already
   double window_s = contact_window_s;     ///< length of a window through contact
+  int attempts = 5;  ///< at a step of a first look: through contact each that fails is dear
   int held = -1;  ///< a coordinate that stays where it is; below 0: none
 };
 

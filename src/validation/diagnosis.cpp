@@ -25,6 +25,8 @@ namespace {
 constexpr int joint_iterations = 15;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
+/// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
+constexpr double plain_place = 1000.0;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
 constexpr int most_refits = 3;
 /// Of what the adopted effects leave above the floor a law may leave so much to stand in their place: where they leave
@@ -37,6 +39,8 @@ constexpr double settled_error = 1.02;
 constexpr double nothing_left = 1.015;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
+/// The same where the effect that was adopted leaves so many times more: friction's shape next to standstill is no term's.
+constexpr double nearly_plain_gain = 0.9, far_less_share = 1.0 / 3.0;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
@@ -74,6 +78,7 @@ class Diagnoser {
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
+  bool keepsItsPlace(const Settings& others) const;
   bool withdraw(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool clean() const;
@@ -210,6 +215,15 @@ void Diagnoser::refer() {
   setReferences(free, joint_);
 }
 
+/// Whether the runs without contact alone keep what the others lack, beyond doubt: through contact, a refit without it takes long.
+bool Diagnoser::keepsItsPlace(const Settings& others) const {
+  const Eigen::VectorXd own = joint_.nuisance();
+  const Trial with = candidates_.fit(adopted_, &own, joint_.local, {Through::free, 0});
+  Trial without = candidates_.fit(others, &own, joint_.local, {Through::free, 6});
+  return candidates_.evidence(with, without) > plain_place &&
+         (!clean() || bornOut(candidates_.judge(without, false, true), errors_, false));
+}
+
 /// Takes an earlier step back that the later ones have made needless.
 bool Diagnoser::withdraw(Diagnosis& out) {
   if (adopted_.size() < 2) return false;
@@ -217,6 +231,7 @@ bool Diagnoser::withdraw(Diagnosis& out) {
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
     const bool all = candidates_.haveContact();
+    if (all && !needsContact(adopted_[i].id) && keepsItsPlace(rest)) continue;
     const Eigen::VectorXd own = joint_.nuisance();
     Trial without = candidates_.fit(rest, &own, joint_.local, {all ? Through::all : Through::free, 6});
     if (candidates_.evidence(joint_, without) > least_evidence) {
@@ -291,7 +306,10 @@ bool Diagnoser::lawIsPlain(double share) {
   if (!adopted_.empty() && needsContact(adopted_.back().id)) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
-  if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
+  if (law.terms.empty()) return false;
+  const bool far_less = !adopted_.empty() && law.held_out_gain > nearly_plain_gain &&
+                        amb_rotor::lawLeavesLess(begun_, law, errors_, far_less_share);
+  if (law.held_out_gain < plain_gain && !far_less) return false;
   law_ = std::move(law);
   return true;
 }

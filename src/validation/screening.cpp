@@ -11,6 +11,8 @@ namespace {
 
 /// Candidates with less than this share of the leader's evidence are judged through contact on some windows only.
 constexpr double rival_share = 0.3;
+/// The same where the leader leaves nothing through contact.
+constexpr double near_share = 0.9;
 constexpr int judged_stride = 4;
 /// Shares of a screening at which looks are over, and fits to the end.
 constexpr double looked_at = 0.6, fitted = 0.85;
@@ -19,7 +21,8 @@ bool holds(const Settings& settings, const std::string& name) {
   return std::any_of(settings.begin(), settings.end(), [&](const EffectSetting& s) { return s.id == name; });
 }
 
-void judge(const Candidates& candidates, const Standing& standing, std::vector<Trial>& trials) {
+/// @param reach  share of the leader's evidence from which on a candidate through contact is judged on all windows
+void judge(const Candidates& candidates, const Standing& standing, double reach, std::vector<Trial>& trials) {
   const References& references = standing.references;
   double sampled = -1.0;  // of the reference through contact, on the windows of `judged_stride`
   const auto sampledError = [&] {
@@ -34,7 +37,7 @@ void judge(const Candidates& candidates, const Standing& standing, std::vector<T
     if (!t.usable()) continue;
     const bool contact = needsContact(t.effect);
     if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
-    const bool rival = t.evidence > rival_share * trials[0].evidence;
+    const bool rival = t.evidence > reach * trials[0].evidence;
     const int stride = rival ? 1 : strideOver(t.space->fitted(), judged_stride);
     t.errors = candidates.judge(t, contact, false, stride);
     if (contact && stride > 1) scaleToAllWindows(t.errors, standing.errors.validation_error_contact, sampledError());
@@ -92,7 +95,7 @@ Screening screen(const Candidates& candidates, const std::vector<std::string>& n
   out.contact_waited = candidates.haveContact() && leaders.waits(references);
   candidates.finish(trials, references, leaders, [&](const std::string& name) { progress(looked_at, name + ", to the end"); });
   progress(fitted, "judging on the runs to validate");
-  judge(candidates, standing, trials);
+  judge(candidates, standing, leaders.through_contact ? near_share : rival_share, trials);
   return out;
 }
 
