@@ -281,8 +281,7 @@ bool Diagnoser::clean() const {
 /// Whether a nuisance is farther from the belief than chance takes it: it may stand for an effect (a contact that is too soft for
 /// a mount in series), at the floor, too.
 bool Diagnoser::strained() const {
-  constexpr double by_chance = 5.0;  // prior standard deviations
-  return !joint_.space->farFromBelief(joint_.fit.x, by_chance).empty();
+  return !joint_.space->farFromBelief(joint_.fit.x, far_by_chance).empty();
 }
 
 bool Diagnoser::structured() const {
@@ -446,6 +445,8 @@ Diagnosis Diagnoser::run() {
     out.verdict = out.steps.empty() ? "none" : "effect";
   }
   out.sentences = sentencesOf(out);
+  if (out.verdict != "unknown")
+    for (std::string& sentence : strainsOf(joint_)) out.sentences.push_back(std::move(sentence));
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   progress(1.0, "done");
   return out;

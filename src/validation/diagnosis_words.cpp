@@ -41,6 +41,20 @@ std::vector<std::string> sentencesOf(const Diagnosis& d) {
   return out;
 }
 
+std::vector<std::string> strainsOf(const Trial& standing) {
+  std::vector<std::string> out;
+  const FitSpace& space = *standing.space;
+  const auto found = space.nuisanceValues(standing.fit.x, standing.fit.covariance);
+  for (const int k : space.farFromBelief(standing.fit.x, far_by_chance)) {
+    const Coordinate& c = space.coordinates()[k];
+    char text[160];
+    std::snprintf(text, sizeof text, "%.3g where the model has %.3g, %.0f of its stated deviations away", found[k].value,
+                  c.by_logarithm ? std::exp(c.prior_mean) : c.prior_mean, std::fabs(standing.fit.x[k] - c.prior_mean) / c.prior_std);
+    out.push_back("For that, " + c.name + " is " + text + ": the belief is wrong there, or it stands for an effect that these runs do not tell from it.");
+  }
+  return out;
+}
+
 std::string powerOf(const Trial& trial, double least_evidence) {
   const int more = static_cast<int>(trial.space->size() - trial.space->nuisances());
   const double wanted = std::sqrt(2.0 * least_evidence + more * std::log(std::max(2.0, trial.fit.count)));

@@ -10,6 +10,13 @@ namespace amb_rotor {
 /// The finding, readable in one look.
 std::vector<std::string> sentencesOf(const Diagnosis& diagnosis);
 
+/// Prior standard deviations by which chance hardly takes a nuisance from its belief.
+constexpr double far_by_chance = 5.0;
+
+/// What a model that leaves nothing has asked of the belief: one sentence for each nuisance that is farther from it than chance
+/// takes it, and so may stand for an effect that these runs do not tell from it.
+std::vector<std::string> strainsOf(const Trial& standing);
+
 /// From which distance to its neutral value on a candidate would have been seen: of each parameter
 ///   sqrt(2 E + n ln N) standard deviations
 /// with E the least evidence for an adoption, n the candidate's parameters and N the samples. Phases, and what is neutral

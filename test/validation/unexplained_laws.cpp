@@ -68,6 +68,17 @@ TEST(UnexplainedLaw, NoLawIsPlainWhereAnEffectOfTheCatalogueMakesIt) {
   EXPECT_TRUE(searched({"test_damping", 30.0, "-c * vx", "-c * vy", {"velocity"}}, plain_strength, LawEffort::plain).terms.empty());
 }
 
+TEST(UnexplainedLaw, APlainOneIsForeseenAlongThePath) {
+  EXPECT_EQ(searched(strong_cube, great_strength, LawEffort::foreseen).terms.size(), 1u);
+}
+
+/// A force of two sets of quantities: no one set does along the path what both do, and nothing is fitted.
+TEST(UnexplainedLaw, NoneIsForeseenWhereTwoQuantitiesShareTheForce) {
+  const Law mixed = {"test_cube_and_lobes", 1e14, "-c * ((x^2 + y^2) * x - 1.5e-14 * cos(3 * angle))", "-c * (x^2 + y^2) * y",
+                     {"position", "shaft angle"}};
+  EXPECT_TRUE(searched(mixed, plain_strength, LawEffort::foreseen).terms.empty());
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Laws, UnexplainedLawTest,
     testing::Values(

@@ -1,0 +1,38 @@
+// In which order candidates are looked at: what may make the rest cheap comes first, what takes long comes last.
+#include <gtest/gtest.h>
+
+#include "../../src/validation/screening.hpp"
+
+namespace amb_rotor {
+namespace {
+
+Trial valued(const char* effect, double evidence, bool looked_at = true) {
+  Trial trial;
+  trial.effect = effect;
+  trial.fit.finite = looked_at;
+  trial.evidence = evidence;
+  return trial;
+}
+
+TEST(ScreeningOrder, WhatStoodOutAloneIsLookedAtFirstTheNextTime) {
+  const std::vector<Trial> alone = {valued("static_load", 10.0), valued("shaft_bow", 300.0), valued("control_delay", 20.0),
+                                    valued("sensor_runout", 1e9, false)};  // that was not looked at: nothing is known of it
+  EXPECT_EQ(likeliestFirst({"sensor_runout", "static_load", "control_delay", "shaft_bow"}, alone),
+            (std::vector<std::string>{"shaft_bow", "control_delay", "static_load", "sensor_runout"}));
+}
+
+TEST(ScreeningOrder, WhatTakesLongComesLastWhateverItWas) {
+  const std::vector<Trial> alone = {valued("compliant_mount", 1e6), valued("hertzian_contact", 1e5), valued("static_load", 10.0)};
+  EXPECT_EQ(likeliestFirst({"static_load", "hertzian_contact", "compliant_mount"}, alone),
+            (std::vector<std::string>{"static_load", "hertzian_contact", "compliant_mount"}));
+}
+
+TEST(ScreeningOrder, ContactComesAfterTheRestInTheOrderGiven) {
+  std::vector<std::string> names = {"inner_ring_spin", "auxiliary_bearing_misalignment", "static_load", "compliant_mount", "shaft_bow"};
+  slowLast(names);
+  EXPECT_EQ(names, (std::vector<std::string>{"static_load", "shaft_bow", "inner_ring_spin", "auxiliary_bearing_misalignment",
+                                             "compliant_mount"}));
+}
+
+}  // namespace
+}  // namespace amb_rotor
