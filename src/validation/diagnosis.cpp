@@ -39,8 +39,6 @@ constexpr double settled_error = 1.02;
 constexpr double nothing_left = 1.015;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
-/// The same where the effect that was adopted leaves so many times more: friction's shape next to standstill is no term's.
-constexpr double nearly_plain_gain = 0.9, far_less_share = 1.0 / 3.0;
 /// Validation error over which a residual counts as structured.
 constexpr double structured_error = 1.12, structured_contact_error = 1.6;
 
@@ -305,10 +303,7 @@ bool Diagnoser::lawIsPlain(double share) {
   if (!adopted_.empty() && needsContact(adopted_.back().id)) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
-  if (law.terms.empty()) return false;
-  const bool far_less = !adopted_.empty() && law.held_out_gain > nearly_plain_gain &&
-                        amb_rotor::lawLeavesLess(begun_, law, errors_, far_less_share);
-  if (law.held_out_gain < plain_gain && !far_less) return false;
+  if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
   law_ = std::move(law);
   return true;
 }
