@@ -55,8 +55,7 @@ constexpr double small_gain = 0.01;
 /// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
 /// leaves so many times the noise's square.
 constexpr double most = 0.7, plain_misfit = 2.0;
-/// The latter for an effect that is beyond doubt without contact; and for one that leaves less than what the right models are
-/// seen to leave at most.
+/// The latter for an effect that is beyond doubt without contact; and for one that leaves no more than right models mostly do.
 constexpr double little_misfit = 1.2, right_square = 0.93;
 /// Iterations in a round for the other starts of a candidate that has several hills.
 constexpr int climbing_iterations = 8;
@@ -84,6 +83,13 @@ bool takesNearlyAll(const FitResult& fit, const FitResult& reference) {
 bool leavesNothing(const FitResult& fit, const FitResult& reference) {
   return takesNearlyAll(fit, reference) || (fit.squares < right_square * fit.count && takesMost(fit, reference, little_misfit)) ||
          (fit.squares < settled_square * fit.count && takesMost(fit, reference));
+}
+
+/// Of an effect that is not worth a fit.
+Trial notFollowed() {
+  Trial out;
+  out.fit.finite = false;
+  return out;
 }
 
 }  // namespace
@@ -206,16 +212,6 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
     }
   return out;
 }
-
-namespace {
-
-Trial notFollowed() {
-  Trial out;
-  out.fit.finite = false;
-  return out;
-}
-
-}  // namespace
 
 Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                          const References& references, bool contact, const Leaders& leaders, bool& serious) const {

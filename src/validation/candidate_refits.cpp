@@ -185,11 +185,10 @@ Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterati
   return walked(std::move(trial), prior, iterations);
 }
 
-
 namespace {
 
 /// A valley bends: no coordinate is known better than it is apart at places of it, from where `trial` stands, over the root of
-/// their rise above the lowest of them.
+/// their rise above `here`, from where they were walked to.
 void widenTo(const std::vector<Trial>& places, const Trial& here, Trial& trial) {
   for (const Trial& place : places) {
     const double rise = std::max(1.0, place.fit.chi2 - here.fit.chi2);

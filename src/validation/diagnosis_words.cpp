@@ -50,7 +50,7 @@ std::vector<std::string> strainsOf(const Trial& standing) {
     char text[160];
     std::snprintf(text, sizeof text, "%.3g where the model has %.3g, %.0f of its stated deviations away", found[k].value,
                   c.by_logarithm ? std::exp(c.prior_mean) : c.prior_mean, std::fabs(standing.fit.x[k] - c.prior_mean) / c.prior_std);
-    out.push_back("For that, " + c.name + " is " + text + ": the belief is wrong there, or it stands for an effect that these runs do not tell from it.");
+    out.push_back("To fit these runs, " + c.name + " is " + text + ": the belief is wrong there, or it stands for an effect that these runs do not tell from it.");
   }
   return out;
 }

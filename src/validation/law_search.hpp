@@ -53,7 +53,7 @@ class LawSearch {
     /// Whether one set of quantities does there nearly what any three terms do: so do plain laws, but not two effects.
     bool foreseesPlain() const { return by_one_set >= plain_by_one_set * promised; }
   };
-  /// Where a search has come to once it has looked for a plain law.
+  /// Where a search has come to once it has looked along the measured path.
   struct Begun {
     Hypothesis without;  ///< no law
     Stakes stakes;

@@ -10,7 +10,7 @@ namespace amb_rotor {
 
 /// How far a search goes: `plain` looks for one term alone, or a few of one set of quantities, that explain all and that
 /// no effect of the catalogue has, and leaves the terms empty where there are none; `foreseen` fits it only where the forces
-/// along the measured path tell of one set of quantities: a second or two where there is none.
+/// along the measured path tell of one set of quantities.
 enum class LawEffort { foreseen, plain, whole };
 
 /// A search for a law beside a model as it stands. What one question has found is not sought again for the next.
