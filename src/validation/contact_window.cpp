@@ -1,0 +1,265 @@
+#include "contact_window.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/linear_algebra.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Parts of a window that a start which is out of reach is fitted to, one after another.
+constexpr long growing_parts[] = {16, 8, 5, 3, 2, 1};
+constexpr long fewest_samples = 8;
+constexpr int growing_passes = 10;
+
+Stretch wholeOf(const Recording& rec, const Model& base) {
+  Stretch whole = stretchOf(rec, base);
+  whole.contact_step_s = contactStep(base);
+  whole.by_events = base.friction_law == FrictionLaw::set_valued;
+  return whole;
+}
+
+}  // namespace
+
+StartUnknowns::StartUnknowns(const Machine<double>& machine, const Model& model, Spin spin)
+    : mechanics_(mechanicsSize(model, spin)),
+      free_(mechanics_ - (spin == Spin::prescribed ? 0 : 2)),
+      coordinates_(2 * (free_ > 0 ? machine.rotor().modes() : 0)),
+      electrics_(machine.electricsOffset()),
+      filter_order_(machine.electrics().filterOrder()),
+      ring_(machine.ringState()),
+      mount_(machine.mountState()),
+      ki_(model.amb_model == AmbModel::linear ? model.rig.controller.ki_A_per_m_s : 0.0) {}
+
+void StartUnknowns::setRingSpeeds(MachineState<double>& state, const std::array<double, 2>& speeds) const {
+  for (int e = 0; e < 2 && ring_ >= 0; ++e) state.mechanics[ring_ + e] = speeds[e];
+}
+
+double StartUnknowns::scale(int unknown, const StartScales& scales) const {
+  const int k = unknown;
+  if (k >= free_ + 4) return scales.current / ki_;
+  if (k >= free_) return scales.current;
+  if (k >= electrics_) {  // filters: value, slope; coils: current
+    const int place = k - electrics_;
+    if (place >= 4 * filter_order_) return scales.current;
+    return place % filter_order_ == 0 ? scales.displacement : scales.rate;
+  }
+  if (k < coordinates_) return scales.displacement;
+  if (k < 2 * coordinates_) return scales.rate;
+  if (ring_ >= 0 && (k == ring_ || k == ring_ + 1)) return scales.ring;
+  if (mount_ >= 0 && k >= mount_ + 8) return scales.displacement;  // branches of an elastomer's mount
+  return (k - 2 * coordinates_) % 4 < 2 ? scales.displacement : scales.rate;
+}
+
+double StartUnknowns::value(const MachineState<double>& state, int unknown) const {
+  if (unknown >= free_ + 4) return state.controller[unknown - free_ - 4].integral;
+  return unknown < free_ ? state.mechanics[unknown] : state.current[unknown - free_];
+}
+
+MachineState<double> StartUnknowns::moved(MachineState<double> state, const Eigen::VectorXd& step) const {
+  for (int k = 0; k < free_; ++k) state.mechanics[k] += step[k];
+  for (int a = 0; a < 4; ++a) state.current[a] += step[free_ + a];
+  for (int k = free_ + 4; k < size(); ++k) state.controller[k - free_ - 4].integral += step[k];
+  return state;
+}
+
+std::vector<double> StartUnknowns::change(int unknown, double by) const {
+  std::vector<double> out(mechanics_ + 8, 0.0);
+  out[unknown < free_ ? unknown : mechanics_ + unknown - free_] = by;
+  return out;
+}
+
+WindowedRun::WindowedRun(const Recording& recording, const std::vector<Model>& given, std::vector<double> of_coordinates,
+                         const LocalState& state, bool with_offsets)
+    : rec(recording),
+      models(withTrialWeights(given, recording)),
+      steps(std::move(of_coordinates)),
+      local(state),
+      offsets(with_offsets),
+      whole(wholeOf(recording, models[0])),
+      machine({&models[0]}, whole.spin),
+      unknowns(machine, models[0], whole.spin),
+      channels(static_cast<double>(
+          std::count_if(recording.noise.begin(), recording.noise.end(), [](double noise) { return noise > 0.0; }))) {}
+
+ContactWindow::ContactWindow(const WindowedRun& run, long first, long last)
+    : run_(run), stretch_(run.whole), first_(first), samples_(last - first), used_(last - first) {
+  stretch_.first = first;
+  stretch_.last = last;
+  stretch_.by_events = run.whole.by_events && !slidesThroughout(run.rec, run.base(), first, last);
+}
+
+double ContactWindow::offset(int channel, long sample) const {
+  if (channel >= 4) return 0.0;
+  const double share = static_cast<double>(first_ + sample) / run_.rec.samples - 0.5;
+  return run_.local.offset_m[channel] + run_.local.drift_m[channel] * share;
+}
+
+double ContactWindow::squaresOf(const double* out) const {
+  double sum = 0.0;
+  for (int c = 0; c < predicted_channels; ++c) {
+    if (run_.rec.noise[c] <= 0.0) continue;
+    for (long i = 0; i < samples_; ++i) {
+      const double e = run_.rec.measured[(first_ + i) * predicted_channels + c] - out[i * predicted_channels + c] - offset(c, i);
+      sum += (e / run_.rec.noise[c]) * (e / run_.rec.noise[c]);
+    }
+  }
+  return sum;
+}
+
+std::vector<MachineState<double>> ContactWindow::byPrediction(std::vector<MachineState<double>> guesses) const {
+  const std::size_t width = static_cast<std::size_t>(samples_) * predicted_channels;
+  std::vector<LaneJob> jobs;
+  std::vector<double> outs(width * guesses.size());
+  for (std::size_t k = 0; k < guesses.size(); ++k) {
+    jobs.push_back(jobOf(run_.rec, run_.base(), run_.local.angle_rad));
+    jobs.back().start = &guesses[k];
+    jobs.back().out = outs.data() + k * width;
+    guesses[k].pending.resize(guesses[0].pending.size(),
+                              guesses[0].pending.empty() ? PendingCommand<double>{} : guesses[0].pending.back());
+  }
+  predict(stretch_, jobs);
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t k = 0; k < guesses.size(); ++k)
+    order.emplace_back(jobs[k].finite ? squaresOf(outs.data() + k * width) : 1e300, k);
+  std::sort(order.begin(), order.end());
+  std::vector<MachineState<double>> sorted;
+  for (const auto& place : order) sorted.push_back(guesses[place.second]);
+  return sorted;
+}
+
+bool ContactWindow::linearise(bool with_coordinates) {
+  const int g = with_coordinates ? run_.coordinates() : 0, w = run_.unknowns.size(), r = run_.offsetUnknowns();
+  std::vector<LaneJob> jobs;
+  std::vector<std::vector<double>> changes;
+  for (int k = 0; k < w; ++k) changes.push_back(run_.unknowns.change(k, run_.unknowns.scale(k, steps_of_start)));
+  const auto add = [&](const Model& model, const double* change) {
+    jobs.push_back(jobOf(run_.rec, model, run_.local.angle_rad));
+    jobs.back().start = &start;
+    jobs.back().start_change = change;
+  };
+  add(run_.base(), nullptr);
+  for (int k = 0; k < g; ++k) add(run_.models[k + 1], nullptr);
+  for (int k = 0; k < w; ++k) add(run_.base(), changes[k].data());
+  Stretch stretch = stretch_;
+  stretch.last = first_ + used_;
+  const std::size_t width = static_cast<std::size_t>(used_) * predicted_channels;
+  predicted.resize(width * jobs.size());
+  for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = predicted.data() + k * width;
+  jobs[0].end = &end;
+  if (run_.unknowns.hasRing()) ends.resize(w);
+  for (std::size_t k = 0; k < ends.size(); ++k) jobs[jobs.size() - w + k].end = &ends[k];
+  predict(stretch, jobs);
+  if (!std::all_of(jobs.begin(), jobs.end(), [](const LaneJob& job) { return job.finite; })) return false;
+  const int columns = g + w, size = columns + r;
+  std::vector<double> steps(run_.steps.begin(), run_.steps.begin() + g);
+  for (int k = 0; k < w; ++k) steps.push_back(run_.unknowns.scale(k, steps_of_start));
+  h = Eigen::MatrixXd::Zero(size, size);
+  b = Eigen::VectorXd::Zero(size);
+  squares = 0.0;
+  Eigen::MatrixXd rows(used_, size);
+  Eigen::VectorXd residuals(used_);
+  for (int c = 0; c < predicted_channels; ++c) {
+    if (run_.rec.noise[c] <= 0.0) continue;
+    const double weight = 1.0 / run_.rec.noise[c];
+    if (r > 0) rows.rightCols(r).setZero();
+    for (long i = 0; i < used_; ++i) {
+      const std::size_t place = i * predicted_channels + c;
+      const double y = predicted[place];
+      for (int k = 0; k < columns; ++k) rows(i, k) = (predicted[(k + 1) * width + place] - y) / steps[k] * weight;
+      residuals[i] = (run_.rec.measured[(first_ + i) * predicted_channels + c] - y) * weight;
+      if (r > 0 && c < 4) {
+        residuals[i] -= offset(c, i) * weight;
+        rows(i, columns + c) = weight;
+        rows(i, columns + 4 + c) = weight * (static_cast<double>(first_ + i) / run_.rec.samples - 0.5);
+      }
+    }
+    h.noalias() += rows.transpose() * rows;
+    b.noalias() += rows.transpose() * residuals;
+    squares += residuals.squaredNorm();
+  }
+  return true;
+}
+
+double ContactWindow::ownGain() const {
+  const int g = run_.coordinates(), w = run_.unknowns.size();
+  Eigen::MatrixXd own = h.block(g, g, w, w);
+  Eigen::VectorXd right = b.segment(g, w);
+  for (int k = 0; k < w; ++k) {
+    const double prior = run_.unknowns.scale(k, prior_of_start);
+    own(k, k) += 1.0 / (prior * prior);
+    right[k] += (run_.unknowns.value(guess, k) - run_.unknowns.value(start, k)) / (prior * prior);
+  }
+  const Eigen::VectorXd solved = Ldlt(own).solve(right);
+  return solved.allFinite() ? std::max(0.0, right.dot(solved)) : 1e300;
+}
+
+double ContactWindow::refine(int passes) {
+  const int w = run_.unknowns.size();
+  double damping = 1e-4, best_squares = 1e300;
+  MachineState<double> best = start;
+  Eigen::MatrixXd best_h;
+  Eigen::VectorXd best_b;
+  for (int pass = 0; pass < passes; ++pass) {
+    const bool better = linearise(false) && squares < best_squares;
+    const double drop = best_squares - squares;
+    if (better) {
+      best = start;
+      best_squares = squares;
+      best_h = h.topLeftCorner(w, w);
+      best_b = b.head(w);
+      damping = std::max(damping * 0.1, 1e-7);
+    } else {
+      if (best_h.size() == 0) break;
+      damping = std::min(std::max(damping * 30.0, 1e-3), 1e8);
+    }
+    if (better && pass > 0 && drop < 2e-3 * best_squares) break;
+    Eigen::MatrixXd own = best_h;
+    Eigen::VectorXd right = best_b;
+    for (int k = 0; k < w; ++k) {
+      const double prior = run_.unknowns.scale(k, prior_of_start);
+      own(k, k) = own(k, k) * (1.0 + damping) + 1.0 / (prior * prior);
+      right[k] += (run_.unknowns.value(guess, k) - run_.unknowns.value(best, k)) / (prior * prior);
+    }
+    const Eigen::VectorXd step = Ldlt(own).solve(right);
+    if (!step.allFinite()) break;
+    start = run_.unknowns.moved(best, step);
+  }
+  if (best_h.size() != 0) start = best;
+  return best_squares;
+}
+
+bool ContactWindow::search(std::vector<MachineState<double>> guesses, int passes, bool thorough, bool grow) {
+  const double good = thrown_off * residuals();
+  double least = 1e300;
+  MachineState<double> best_start = start, best_guess = guess;
+  const auto keepIfBetter = [&](double left) {
+    if (!(left < least)) return;
+    least = left;
+    best_start = start;
+    best_guess = guess;
+  };
+  guesses = byPrediction(guesses);
+  for (const auto& one : guesses) {
+    guess = start = one;
+    keepIfBetter(refine(passes));
+    if (!thorough || least < good) break;
+  }
+  for (std::size_t k = 0; grow && thorough && least >= good && k < guesses.size(); ++k) {
+    start = guesses[k];
+    double left = 1e300;
+    for (const long part : growing_parts) {
+      used_ = std::min(samples_, std::max(fewest_samples, samples_ / part));
+      guess = start;
+      left = refine(growing_passes);
+    }
+    used_ = samples_;
+    keepIfBetter(left);
+  }
+  start = best_start;
+  guess = best_guess;
+  return linearise(true);
+}
+
+}  // namespace amb_rotor

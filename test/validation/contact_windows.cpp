@@ -1,0 +1,49 @@
+// Starts of windows through contact that are out of reach: found through the beginning of the window.
+#include <gtest/gtest.h>
+
+#include "../../src/validation/contact_window.hpp"
+#include "../support/made_sets.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Windows of a drop that a model leaves thrown off, each searched from what was measured at its beginning.
+int thrownOff(const WindowedRun& run, bool grow) {
+  constexpr long length = 100;
+  int count = 0;
+  for (long first = length; first + length <= run.rec.samples; first += length) {
+    ContactWindow window(run, first, first + length);
+    std::vector<MachineState<double>> guesses;
+    for (const MeasuredFrom span : {MeasuredFrom{0, 8}, MeasuredFrom{-2, 5}})
+      guesses.push_back(stateFromMeasurement(run.rec, run.base(), run.whole.spin, first, span));
+    const bool finite = window.search(std::move(guesses), 7, true, grow);
+    EXPECT_TRUE(finite) << first;
+    if (window.squares > thrown_off * window.residuals()) ++count;
+  }
+  return count;
+}
+
+TEST(ContactWindows, StartsOutOfReachAreFoundThroughTheBeginningOfTheWindow) {
+  // a contact of 1.4e8 N/m: some ten impacts in a window of 10 ms
+  const MadeSet& set = madeSet(4300147, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  const std::vector<Recording>& recordings = set.recordings;
+  const auto drop = std::find_if(recordings.begin(), recordings.end(), [](const Recording& r) { return r.run.kind == RunKind::drop; });
+  ASSERT_NE(drop, recordings.end());
+  // what the run's offsets are, the windows that are followed tell
+  const FitSpace space(set.truth(), {});
+  const double offset_std_m = 1e-6;
+  const FitProblem problem(recordings, space, offset_std_m);
+  std::vector<LocalState> local(recordings.size());
+  EvaluationOptions options;
+  options.jacobian = false;
+  options.thorough = true;
+  for (int round = 0; round < 2; ++round)
+    problem.evaluate(space.start(), {static_cast<int>(drop - recordings.begin())}, local, options);
+  const WindowedRun run(*drop, {set.truth()}, {}, local[drop - recordings.begin()], true);
+  const int at_once = thrownOff(run, false), grown = thrownOff(run, true);
+  ASSERT_GT(at_once, 0) << "the right model is followed everywhere, and this shows nothing";
+  EXPECT_EQ(grown, 0) << "of " << at_once;
+}
+
+}  // namespace
+}  // namespace amb_rotor
