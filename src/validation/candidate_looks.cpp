@@ -85,6 +85,11 @@ bool leavesNothing(const FitResult& fit, const FitResult& reference) {
          (fit.squares < settled_square * fit.count && takesMost(fit, reference));
 }
 
+/// Whether a candidate through contact comes too late: nobody passes one that leaves nothing.
+bool isBeaten(const Trial& trial, const Leaders& leaders, double best) {
+  return leaders.through_contact && needsContact(trial.effect) && best - trial.evidence > std::max(beyond_doubt, not_near * best);
+}
+
 /// Of an effect that is not worth a fit.
 Trial notFollowed() {
   Trial out;
@@ -97,6 +102,10 @@ Trial notFollowed() {
 double mostThroughContact(const References& references) {
   const FitResult& fit = references.contact.fit;
   return 0.5 * std::max(0.0, fit.chi2 - lowest_floor * fit.count);  // over a level of 1 at least
+}
+
+bool plainlyOffThroughContact(const References& references) {
+  return references.contact.fit.squares > little_misfit * references.contact.fit.count;
 }
 
 bool Leaders::beyondContact(const References& references) const {
@@ -240,8 +249,8 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   return winner;
 }
 
-Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references,
-                       const Leaders& leaders) const {
+Trial Candidates::look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
+                       const Trial* seen) const {
   Trial none;
   none.effect = effect;
   none.excited = false;
@@ -278,7 +287,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
   }
   bool serious = true;
-  Trial winner = bestOf(starts, nuisances, references, contact, leaders, serious);
+  const bool known = seen != nullptr && seen->usable() && takesMost(seen->fit, references.of(*seen).fit);
+  Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
   if (!winner.fit.finite) return winner;  // also: not followed
   value(winner, references);
@@ -302,7 +312,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   }
   if (!contact || leaders.settles(references) || !winner.fit.finite) return winner;
   const auto take = [&](Trial more) {
-    if (!more.fit.finite || more.fit.chi2 >= winner.fit.chi2) return;
+    if (!more.fit.finite || (more.stride == winner.stride && more.fit.chi2 >= winner.fit.chi2)) return;
     more.others = std::move(winner.others);
     more.grown = std::max(more.grown, winner.grown);
     winner = std::move(more);
@@ -367,7 +377,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
     if (isNested(t.effect) && !needsContact(t.effect) && t.evidence < far_from_worth * references.worth) continue;
     if (settled && leader > beyond_doubt && t.evidence < in_reach * leader) continue;
-    if (needsContact(t.effect) && leaders.beyondContact(references)) continue;
+    if (needsContact(t.effect) && (leaders.beyondContact(references) || isBeaten(t, leaders, leader))) continue;
     ++finished;
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);
@@ -388,10 +398,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   std::vector<Trial*> rivals;
   int contenders = 0;  // also those that all windows tell of already, as a ring's
   const double best = std::max(trials[0].evidence, 0.0);
-  const auto contends = [&](const Trial& t) {  // nobody passes one that leaves nothing
-    return t.evidence > in_reach * best &&
-           !(leaders.through_contact && needsContact(t.effect) && best - t.evidence > std::max(beyond_doubt, not_near * best));
-  };
+  const auto contends = [&](const Trial& t) { return t.evidence > in_reach * best && !isBeaten(t, leaders, best); };
   for (auto& t : trials)
     if (t.usable() && contends(t)) {
       ++contenders;

@@ -161,7 +161,8 @@ Trial Candidates::settled(Trial trial, int iterations) const {
 Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const {
   const Model model = trial.space->model(trial.fit.x);
   const auto liesElsewhere = [&] { return held_out_error > noise_level && worstThroughContact(trial) < astray; };
-  if (!haveContact() || movesByItself(model)) return trial;
+  if (!haveContact()) return trial;
+  if (movesByItself(model)) return widenedByHollows(std::move(trial), prior);
   const int rounds = closestCorrelation(trial) > curved || liesElsewhere() ? valley_rounds : 0;
   const int size = trial.space->size();
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);
@@ -201,6 +202,26 @@ void widenTo(const std::vector<Trial>& places, const Trial& here, Trial& trial) 
 }
 
 }  // namespace
+
+Trial Candidates::widenedByHollows(Trial trial, const QuadraticPrior& prior) const {
+  const Eigen::VectorXd deviation = leastKnown(trial);
+  if (!deviation.allFinite() || !(deviation.norm() > 0.0)) return trial;
+  const auto chi2At = [&](double deviations) {
+    Trial at = trial;
+    at.fit.x = trial.space->clamped(trial.fit.x + deviations * deviation);
+    const Eigen::VectorXd nuisance = at.nuisance();
+    FitEffort effort = {Through::contact, 0};
+    effort.thorough = true;  // windows that begin wrong are no hollows
+    const Trial there = fit(at.effects(), &nuisance, at.local, effort, &prior);
+    return there.fit.finite ? there.fit.chi2 : 1e300;
+  };
+  const double here = chi2At(0.0);
+  double depth = 1e300;
+  for (const double side : {-first_stride, first_stride})
+    depth = std::min(depth, std::fabs(chi2At(side) - here - side * side));
+  if (depth > rough && depth < 1e299) trial.fit.covariance += depth * deviation * deviation.transpose();
+  return trial;
+}
 
 Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iterations) const {
   for (int round = 0; round < valley_rounds && trial.fit.finite; ++round) {

@@ -124,6 +124,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   const FitProblem problem(recordings_, *trial.space, offset_std_);
   FitOptions options;
   options.most_iterations = effort.iterations;
+  options.thorough_first = effort.thorough;
   options.scores = effort.scores;
   options.frozen = effort.frozen;
   options.window_s = effort.window_s;

@@ -55,6 +55,9 @@ struct References {
 /// The most evidence that an effect can have through contact: all that the reference leaves there above any floor.
 double mostThroughContact(const References& references);
 
+/// Whether the reference is so far off there that what explains it stands out.
+bool plainlyOffThroughContact(const References& references);
+
 /// How far the candidates of a screening have come: what one that is tried later can still be.
 struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
@@ -92,6 +95,7 @@ struct FitEffort {
   double window_s = contact_window_s;     ///< length of a window through contact
   int attempts = 5;  ///< at a step of a first look: through contact each that fails is dear
   int held = -1;  ///< a coordinate that stays where it is; below 0: none
+  bool thorough = false;  ///< every guess of a window's start is tried in the first evaluation, as in a first look
 };
 
 /// Whether a fit through contact has ended so far above the noise that its windows may have gone astray.
@@ -130,9 +134,14 @@ class Candidates {
   Trial settled(Trial trial, int iterations) const;
   /// A fit to all runs with effects through contact, followed along the valley that it lies in by fits to the runs with contact
   /// whose windows are short at first; where these end elsewhere and about as well, its covariance is widened by how far.
-  /// As it is where mounts or rings move.
+  /// Where mounts or rings move, whose fits take minutes, it stays where it is: see widenedByHollows().
   /// @param held_out_error  through contact, of runs that it was not fitted to: above the noise it lies elsewhere
   Trial followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const;
+  /// Widens the covariance along the line on which the last effect is known least by how rough chi2 is there: a fit ends in one
+  /// of the hollows that impacts leave in it, and the bottom of a hollow promises too much. Two predictions a few deviations to
+  /// either side; what chi2 is there off the parabola, the lesser of the two, counts as the depth of the hollows where it is
+  /// more than what windows make by chance.
+  Trial widenedByHollows(Trial trial, const QuadraticPrior& prior) const;
   /// Walks both ways along the valley in which its last effect lies, goes down where the runs with contact have less chi2
   /// there, and widens its covariance by how far they do not tell the places apart.
   Trial walked(Trial trial, const QuadraticPrior& prior, int iterations) const;
@@ -146,8 +155,9 @@ class Candidates {
   References referencesOf(const Trial& free, const Trial& all);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  Trial look(const std::string& effect, const Settings& adopted, const References& references,
-             const Leaders& leaders) const;
+  /// @param seen  of an earlier, shorter one: goes on from there where that took most of what is off through contact
+  Trial look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
+             const Trial* seen = nullptr) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.
   bool explainsContact(const Trial& trial, const References& references) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "amb_rotor/validation/ranking.hpp"
 
@@ -19,6 +18,12 @@ constexpr double looked_at = 0.6, fitted = 0.85;
 
 bool holds(const Settings& settings, const std::string& name) {
   return std::any_of(settings.begin(), settings.end(), [&](const EffectSetting& s) { return s.id == name; });
+}
+
+/// The evidence that an effect had; 0: it was not looked at.
+double evidenceOf(const std::string& name, const std::vector<Trial>& trials) {
+  const auto found = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return t.effect == name; });
+  return found != trials.end() && found->usable() ? found->evidence : 0.0;
 }
 
 /// @param reach  share of the leader's evidence from which on a candidate through contact is judged on all windows
@@ -49,6 +54,23 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
   }
 }
 
+using Look = std::function<Trial(const std::string&, const Leaders&, const Trial* seen)>;
+
+/// Where the reference is plainly off through contact, one short look at each candidate there. Full looks, which take long for
+/// the wrong ones, end with the one that leaves nothing: `names` then come in the order in which that is likely.
+std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::string>& names, const References& references,
+                            const Leaders& leaders, const Look& look) {
+  std::vector<Trial> out;
+  if (!candidates.haveContact() || names.size() < 2 || leaders.waits(references) || leaders.settles(references) ||
+      !plainlyOffThroughContact(references))
+    return out;
+  Leaders settled = leaders;
+  settled.through_contact = true;
+  for (const std::string& name : names) out.push_back(look(name, settled, nullptr));
+  names = contendersFirst(std::move(names), out);
+  return out;
+}
+
 }  // namespace
 
 void slowLast(std::vector<std::string>& names) {
@@ -58,15 +80,19 @@ void slowLast(std::vector<std::string>& names) {
 }
 
 std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials) {
-  std::map<std::string, double> evidence;
-  for (const Trial& t : trials)
-    if (t.usable()) evidence[t.effect] = t.evidence;
-  const auto of = [&](const std::string& name) {
-    const auto found = evidence.find(name);
-    return found == evidence.end() ? 0.0 : found->second;
-  };
-  std::stable_sort(names.begin(), names.end(), [&](const auto& a, const auto& b) { return of(a) > of(b); });
+  const auto evidence = [&](const std::string& name) { return evidenceOf(name, trials); };
+  std::stable_sort(names.begin(), names.end(), [&](const auto& a, const auto& b) { return evidence(a) > evidence(b); });
   slowLast(names);
+  return names;
+}
+
+std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials) {
+  names = likeliestFirst(std::move(names), trials);
+  double best = 0.0;
+  for (const Trial& t : trials)
+    if (t.usable()) best = std::max(best, t.evidence);
+  std::stable_partition(names.begin(), names.end(),
+                        [&](const std::string& name) { return evidenceOf(name, trials) >= rival_share * best; });
   return names;
 }
 
@@ -78,19 +104,31 @@ Screening screen(const Candidates& candidates, const std::vector<std::string>& n
   Leaders leaders;
   leaders.contact_waits = contact_may_wait;
   leaders.only_serious = standing.ranked;
+  std::vector<std::string> free, contact;
+  for (const std::string& name : names) {
+    if (holds(standing.adopted, name) || holds(candidates.belief().effects, name)) continue;
+    (needsContact(name) ? contact : free).push_back(name);
+  }
+  const double each = looked_at / std::max<std::size_t>(1, free.size() + contact.size());
+  const auto look = [&](const std::string& name, const Leaders& at, const Trial* seen) {
+    progress(each * trials.size(), name);
+    return candidates.look(name, standing.adopted, references, at, seen);
+  };
   std::size_t leader = 0;
-  bool asked = !candidates.haveContact() || !contact_may_wait;
-  for (std::size_t n = 0; n < names.size(); ++n) {
-    progress(looked_at * n / names.size(), names[n]);
-    if (holds(standing.adopted, names[n]) || holds(candidates.belief().effects, names[n])) continue;
-    if (needsContact(names[n]) && leaders.free_settled && !leaders.waits(references) && !asked) {
-      asked = true;
-      leaders.explains_contact = candidates.explainsContact(trials[leader], references);
-    }
-    trials.push_back(candidates.look(names[n], standing.adopted, references, leaders));
+  for (const std::string& name : free) {
     const double before = leaders.free;
+    trials.push_back(look(name, leaders, nullptr));
     leaders.add(trials.back(), references);
     if (leaders.free > before) leader = trials.size() - 1;
+  }
+  if (candidates.haveContact() && !contact.empty() && contact_may_wait && leaders.free_settled && !leaders.waits(references))
+    leaders.explains_contact = candidates.explainsContact(trials[leader], references);
+  std::vector<Trial> glimpsed = glimpses(candidates, contact, references, leaders, look);
+  for (const std::string& name : contact) {
+    const auto found = std::find_if(glimpsed.begin(), glimpsed.end(), [&](const Trial& t) { return t.effect == name; });
+    const Trial* seen = found == glimpsed.end() ? nullptr : &*found;
+    trials.push_back(seen != nullptr && leaders.settles(references) ? *seen : look(name, leaders, seen));
+    leaders.add(trials.back(), references);
   }
   out.contact_waited = candidates.haveContact() && leaders.waits(references);
   candidates.finish(trials, references, leaders, [&](const std::string& name) { progress(looked_at, name + ", to the end"); });

@@ -27,6 +27,10 @@ void slowLast(std::vector<std::string>& names);
 /// By the evidence that they had, those that take long still last: what stood out alone is the likeliest beside another.
 std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
+/// The same among those that come within reach of the best, then the others: one that takes long and may be it does not wait for
+/// those that cannot.
+std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
+
 /// @param names             in the order in which they are looked at; what comes late and can no longer lead costs less
 /// @param contact_may_wait  whether candidates through contact wait for one that is beyond doubt without
 /// @param progress          a share of the step, and what is looked at

@@ -34,5 +34,13 @@ TEST(ScreeningOrder, ContactComesAfterTheRestInTheOrderGiven) {
                                              "compliant_mount"}));
 }
 
+TEST(ScreeningOrder, WhatTakesLongDoesNotWaitForWhatCannotBeIt) {
+  const std::vector<std::string> names = {"hertzian_contact", "inner_ring_spin", "compliant_mount"};
+  const std::vector<Trial> mount = {valued("hertzian_contact", 3e3), valued("inner_ring_spin", -1e6), valued("compliant_mount", 3e5)};
+  EXPECT_EQ(contendersFirst(names, mount), (std::vector<std::string>{"compliant_mount", "hertzian_contact", "inner_ring_spin"}));
+  const std::vector<Trial> either = {valued("hertzian_contact", 1e5), valued("inner_ring_spin", 2e3), valued("compliant_mount", 3e5)};
+  EXPECT_EQ(contendersFirst(names, either), (std::vector<std::string>{"hertzian_contact", "compliant_mount", "inner_ring_spin"}));
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -1,0 +1,48 @@
+// Standard deviations of what moves with the stator, a ring: chi2 is rough through impacts, and the bottom of one hollow is not
+// the valley's.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../src/validation/candidates.hpp"
+#include "../support/made_sets.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// A ring fitted from where it is, and the same with its covariance widened by how rough chi2 is.
+struct Ring {
+  explicit Ring(std::uint64_t seed) : set(madeSet(seed, "inner_ring_spin", 0.0, true, {"chirp_1", "rub_1", "drop_1"})) {
+    Candidates candidates(set.dataset.belief, set.dataset);
+    free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+    const References references = candidates.referencesOf(free, free);
+    const Eigen::VectorXd own = references.contact.nuisance();
+    found = candidates.fit({truth}, &own, references.contact.local, {Through::all, 6, true});
+    widened = candidates.widenedByHollows(found, references.prior);
+    unchanged = candidates.widenedByHollows(free, references.prior);
+  }
+  /// The inertia's, of the logarithm that is fitted.
+  double off() const { return std::fabs(found.fit.x[at()] - std::log(truth.values[0])); }
+  double deviation(const Trial& trial) const { return std::sqrt(trial.fit.covariance(at(), at())); }
+  int at() const { return found.space->nuisances(); }
+
+  const MadeSet& set;
+  EffectSetting truth = set.truth().effects.at(0);
+  Trial free, found, widened, unchanged;
+};
+
+TEST(RoughValleys, ARingInAHollowIsNotStatedCloserThanHollowsAreDeep) {
+  const Ring ring(4300154);
+  ASSERT_GT(ring.off(), 3.0 * ring.deviation(ring.found)) << "the fit ends where it says, and this shows nothing";
+  EXPECT_LT(ring.off(), 3.0 * ring.deviation(ring.widened));
+}
+
+TEST(RoughValleys, WhereChi2IsSmoothTheCovarianceStays) {
+  const Ring ring(4300150);
+  EXPECT_LT(ring.off(), 3.0 * ring.deviation(ring.found));
+  EXPECT_EQ(ring.widened.fit.covariance, ring.found.fit.covariance);
+  EXPECT_EQ(ring.unchanged.fit.covariance, ring.free.fit.covariance) << "without contact there are no hollows";
+}
+
+}  // namespace
+}  // namespace amb_rotor
