@@ -287,7 +287,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
   }
   bool serious = true;
-  const bool known = seen != nullptr && seen->usable() && takesMost(seen->fit, references.of(*seen).fit);
+  const bool known = seen != nullptr && seen->usable() && seen->stride == strideOver(seen->effects(), seen->stride) &&
+                     takesMost(seen->fit, references.of(*seen).fit);
   Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
   if (!winner.fit.finite) return winner;  // also: not followed

@@ -80,11 +80,10 @@ Eigen::VectorXd leastKnown(const Trial& trial) {
   return trial.fit.covariance(Eigen::all, own) * Ldlt(block).solve(along);
 }
 
+bool hasRing(const Model& model) { return Machine<double>({&model}, Spin::prescribed).ringState() >= 0; }
+
 /// Whether the stator's parts have motions of their own: fits through contact, in small steps, then take minutes.
-bool movesByItself(const Model& model) {
-  const Machine<double> machine({&model}, Spin::prescribed);
-  return machine.mountState() >= 0 || machine.ringState() >= 0;
-}
+bool movesByItself(const Model& model) { return hasRing(model) || Machine<double>({&model}, Spin::prescribed).mountState() >= 0; }
 
 }  // namespace
 
@@ -162,7 +161,7 @@ Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterati
   const Model model = trial.space->model(trial.fit.x);
   const auto liesElsewhere = [&] { return held_out_error > noise_level && worstThroughContact(trial) < astray; };
   if (!haveContact()) return trial;
-  if (movesByItself(model)) return widenedByHollows(std::move(trial), prior);
+  if (movesByItself(model)) return hasRing(model) ? widenedByHollows(std::move(trial), prior) : trial;
   const int rounds = closestCorrelation(trial) > curved || liesElsewhere() ? valley_rounds : 0;
   const int size = trial.space->size();
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);

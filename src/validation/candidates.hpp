@@ -134,7 +134,7 @@ class Candidates {
   Trial settled(Trial trial, int iterations) const;
   /// A fit to all runs with effects through contact, followed along the valley that it lies in by fits to the runs with contact
   /// whose windows are short at first; where these end elsewhere and about as well, its covariance is widened by how far.
-  /// Where mounts or rings move, whose fits take minutes, it stays where it is: see widenedByHollows().
+  /// Where mounts or rings move, whose fits take minutes, it stays where it is: see widenedByHollows() for rings.
   /// @param held_out_error  through contact, of runs that it was not fitted to: above the noise it lies elsewhere
   Trial followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const;
   /// Widens the covariance along the line on which the last effect is known least by how rough chi2 is there: a fit ends in one
@@ -155,7 +155,8 @@ class Candidates {
   References referencesOf(const Trial& free, const Trial& all);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  /// @param seen  of an earlier, shorter one: goes on from there where that took most of what is off through contact
+  /// @param seen  of an earlier, shorter one: goes on from there where that took most of what is off through contact, at windows
+  ///              that this effect can do with
   Trial look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
              const Trial* seen = nullptr) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.
