@@ -85,9 +85,13 @@ bool leavesNothing(const FitResult& fit, const FitResult& reference) {
          (fit.squares < settled_square * fit.count && takesMost(fit, reference));
 }
 
-/// Whether a candidate through contact comes too late: nobody passes one that leaves nothing.
-bool isBeaten(const Trial& trial, const Leaders& leaders, double best) {
-  return leaders.through_contact && needsContact(trial.effect) && best - trial.evidence > std::max(beyond_doubt, not_near * best);
+/// Whether a candidate through contact comes too late: nobody passes one that leaves nothing, but another such.
+bool isBeaten(const Trial& trial, const References& references, const Leaders& leaders, const std::vector<Trial>& trials) {
+  if (!leaders.through_contact || !needsContact(trial.effect) || leavesNothing(trial.fit, references.of(trial).fit)) return false;
+  double best = 0.0;
+  for (const Trial& t : trials)
+    if (t.usable() && needsContact(t.effect)) best = std::max(best, t.evidence);
+  return best - trial.evidence > std::max(beyond_doubt, not_near * best);
 }
 
 /// Of an effect that is not worth a fit.
@@ -195,7 +199,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
     seen.resize(before + these.size());
     tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
       FitEffort effort = {Through::contact, 0, false, true, start_stride};
-      effort.every_effect = settled;
+      effort.every_effect = settled && references.sparse.stride > 1;
       seen[before + i] = {fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit.chi2,
                           these[i]};
     });
@@ -236,7 +240,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
-    effort.every_effect = settled;
+    effort.every_effect = settled && references.sparse.stride > 1;
     if (settled) effort.attempts = settled_attempts;
     if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
@@ -288,7 +292,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   }
   bool serious = true;
   const bool known = seen != nullptr && seen->usable() && seen->stride == strideOver(seen->effects(), seen->stride) &&
-                     takesMost(seen->fit, references.of(*seen).fit);
+                     leavesNothing(seen->fit, references.of(*seen).fit);
   Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
   if (!winner.fit.finite) return winner;  // also: not followed
@@ -313,7 +317,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   }
   if (!contact || leaders.settles(references) || !winner.fit.finite) return winner;
   const auto take = [&](Trial more) {
-    if (!more.fit.finite || (more.stride == winner.stride && more.fit.chi2 >= winner.fit.chi2)) return;
+    if (!more.fit.finite || more.fit.chi2 >= winner.fit.chi2) return;
     more.others = std::move(winner.others);
     more.grown = std::max(more.grown, winner.grown);
     winner = std::move(more);
@@ -378,13 +382,13 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
     if (isNested(t.effect) && !needsContact(t.effect) && t.evidence < far_from_worth * references.worth) continue;
     if (settled && leader > beyond_doubt && t.evidence < in_reach * leader) continue;
-    if (needsContact(t.effect) && (leaders.beyondContact(references) || isBeaten(t, leaders, leader))) continue;
+    if (needsContact(t.effect) && (leaders.beyondContact(references) || isBeaten(t, references, leaders, trials))) continue;
     ++finished;
     tell(t.effect);
     const std::vector<Trial> others = std::move(t.others);
     const bool contact = needsContact(t.effect);
     FitEffort effort = {contact ? Through::contact : Through::free, round_iterations, false, contact};
-    effort.every_effect = contact && leaders.through_contact;
+    effort.every_effect = contact && leaders.through_contact && references.sparse.stride > 1;
     goOn(t, effort);
     // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {
@@ -399,7 +403,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   std::vector<Trial*> rivals;
   int contenders = 0;  // also those that all windows tell of already, as a ring's
   const double best = std::max(trials[0].evidence, 0.0);
-  const auto contends = [&](const Trial& t) { return t.evidence > in_reach * best && !isBeaten(t, leaders, best); };
+  const auto contends = [&](const Trial& t) { return t.evidence > in_reach * best && !isBeaten(t, references, leaders, trials); };
   for (auto& t : trials)
     if (t.usable() && contends(t)) {
       ++contenders;

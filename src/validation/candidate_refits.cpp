@@ -205,20 +205,26 @@ void widenTo(const std::vector<Trial>& places, const Trial& here, Trial& trial) 
 Trial Candidates::widenedByHollows(Trial trial, const QuadraticPrior& prior) const {
   const Eigen::VectorXd deviation = leastKnown(trial);
   if (!deviation.allFinite() || !(deviation.norm() > 0.0)) return trial;
-  const auto chi2At = [&](double deviations) {
+  const auto standing = [&](double deviations) {
     Trial at = trial;
     at.fit.x = trial.space->clamped(trial.fit.x + deviations * deviation);
     const Eigen::VectorXd nuisance = at.nuisance();
     FitEffort effort = {Through::contact, 0};
     effort.thorough = true;  // windows that begin wrong are no hollows
-    const Trial there = fit(at.effects(), &nuisance, at.local, effort, &prior);
-    return there.fit.finite ? there.fit.chi2 : 1e300;
+    return fit(at.effects(), &nuisance, at.local, effort, &prior);
   };
-  const double here = chi2At(0.0);
-  double depth = 1e300;
-  for (const double side : {-first_stride, first_stride})
-    depth = std::min(depth, std::fabs(chi2At(side) - here - side * side));
-  if (depth > rough && depth < 1e299) trial.fit.covariance += depth * deviation * deviation.transpose();
+  const Trial here = standing(0.0);
+  double depth = 1e300, mean = 0.0;
+  for (const double side : {-first_stride, first_stride}) {
+    const Trial there = standing(side);
+    if (!here.fit.finite || !there.fit.finite) return trial;
+    const Eigen::VectorXd way = there.fit.x - here.fit.x;
+    const double off = there.fit.chi2 - here.fit.chi2 - way.dot(Ldlt(here.fit.covariance).solve(way));
+    depth = std::min(depth, std::fabs(off));
+    mean += 0.5 * off;
+  }
+  depth = std::min(depth, std::fabs(mean));  // a slope is no hollow
+  if (depth > rough) trial.fit.covariance += depth * deviation * deviation.transpose();
   return trial;
 }
 

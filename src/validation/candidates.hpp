@@ -138,9 +138,9 @@ class Candidates {
   /// @param held_out_error  through contact, of runs that it was not fitted to: above the noise it lies elsewhere
   Trial followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const;
   /// Widens the covariance along the line on which the last effect is known least by how rough chi2 is there: a fit ends in one
-  /// of the hollows that impacts leave in it, and the bottom of a hollow promises too much. Two predictions a few deviations to
-  /// either side; what chi2 is there off the parabola, the lesser of the two, counts as the depth of the hollows where it is
-  /// more than what windows make by chance.
+  /// of the hollows that impacts leave in it, and the bottom of a hollow promises too much. Evaluated there and a few deviations
+  /// to either side; what chi2 is off its parabola, the least of either side and of their mean, counts as the depth of the
+  /// hollows where it is more than what windows make by chance.
   Trial widenedByHollows(Trial trial, const QuadraticPrior& prior) const;
   /// Walks both ways along the valley in which its last effect lies, goes down where the runs with contact have less chi2
   /// there, and widens its covariance by how far they do not tell the places apart.
@@ -155,8 +155,8 @@ class Candidates {
   References referencesOf(const Trial& free, const Trial& all);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  /// @param seen  of an earlier, shorter one: goes on from there where that took most of what is off through contact, at windows
-  ///              that this effect can do with
+  /// @param seen  of an earlier, shorter one: goes on from there where that leaves nothing, at windows that this effect can do
+  ///              with
   Trial look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
              const Trial* seen = nullptr) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.

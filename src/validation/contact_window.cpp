@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "amb_rotor/common/linear_algebra.hpp"
 
@@ -11,6 +12,7 @@ namespace {
 /// Parts of a window that a start which is out of reach is fitted to, one after another.
 constexpr long growing_parts[] = {16, 8, 5, 3, 2, 1};
 constexpr long fewest_samples = 8;
+/// Steps at each of them.
 constexpr int growing_passes = 10;
 
 Stretch wholeOf(const Recording& rec, const Model& base) {
@@ -34,6 +36,10 @@ StartUnknowns::StartUnknowns(const Machine<double>& machine, const Model& model,
 
 void StartUnknowns::setRingSpeeds(MachineState<double>& state, const std::array<double, 2>& speeds) const {
   for (int e = 0; e < 2 && ring_ >= 0; ++e) state.mechanics[ring_ + e] = speeds[e];
+}
+
+void StartUnknowns::takeRingSpeeds(MachineState<double>& state, const MachineState<double>& from) const {
+  if (hasRing()) setRingSpeeds(state, {ringSpeed(from, 0), ringSpeed(from, 1)});
 }
 
 double StartUnknowns::scale(int unknown, const StartScales& scales) const {
@@ -249,9 +255,13 @@ bool ContactWindow::search(std::vector<MachineState<double>> guesses, int passes
   for (std::size_t k = 0; grow && thorough && least >= good && k < guesses.size(); ++k) {
     start = guesses[k];
     double left = 1e300;
+    long before = 0;
     for (const long part : growing_parts) {
       used_ = std::min(samples_, std::max(fewest_samples, samples_ / part));
+      if (used_ == before) continue;
+      before = used_;
       guess = start;
+      run_.unknowns.takeRingSpeeds(guess, guesses[k]);  // these the windows before tell
       left = refine(growing_passes);
     }
     used_ = samples_;
@@ -259,7 +269,7 @@ bool ContactWindow::search(std::vector<MachineState<double>> guesses, int passes
   }
   start = best_start;
   guess = best_guess;
-  return linearise(true);
+  return run_.unknowns.belongs(start) && linearise(true);
 }
 
 }  // namespace amb_rotor

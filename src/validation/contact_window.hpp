@@ -4,6 +4,7 @@
 // run's offsets held, by Levenberg and Marquardt; derivatives are differences of predictions, all in one pack of lanes.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "amb_rotor/validation/fit.hpp"
@@ -36,6 +37,7 @@ class StartUnknowns {
   bool hasRing() const { return ring_ >= 0; }
   double ringSpeed(const MachineState<double>& state, int end) const { return state.mechanics[ring_ + end]; }
   void setRingSpeeds(MachineState<double>& state, const std::array<double, 2>& speeds) const;
+  void takeRingSpeeds(MachineState<double>& state, const MachineState<double>& from) const;
   /// Whether a state is one of this machine's at all: kept ones may be from before the first evaluation.
   bool belongs(const MachineState<double>& state) const { return static_cast<int>(state.mechanics.size()) == mechanics_; }
   double scale(int unknown, const StartScales& scales) const;
@@ -85,9 +87,9 @@ class ContactWindow {
   bool linearise(bool with_coordinates);
   /// What Newton's step of the start alone would take off the squares; the linearisation had the coordinates.
   double ownGain() const;
-  /// Searches the start anew from each guess, the one that predicts best first, until one is good; all of them where `thorough`.
-  /// Where none is and `grow`, each start is first fitted to the beginning of the window: with the first impacts right the
-  /// later ones come within reach. Linearised at the end; false: see there.
+  /// Searches the start anew from the guess that predicts best; where `thorough`, from the next ones, too, until one is good.
+  /// Where none is and `grow`, each start is then fitted to the beginning of the window first: with the first impacts right
+  /// the later ones come within reach. Linearised at the end; false: see there, or no guess stays finite.
   bool search(std::vector<MachineState<double>> guesses, int passes, bool thorough, bool grow);
 
   MachineState<double> start, guess;  ///< where it begins, about what its prior stands

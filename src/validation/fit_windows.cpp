@@ -29,7 +29,7 @@ std::vector<Extent> extentsOf(const Recording& rec, double window_s) {
   return out;
 }
 
-/// Which of the coordinates that were moved were so downwards, as they stand at their upper limit.
+/// Turns the columns of coordinates that stand at their upper limit: they were moved downwards.
 void turnColumnsAtLimit(Eigen::MatrixXd& response, const FitSpace& space, const Eigen::VectorXd& x,
                         const std::vector<int>& moved, const std::vector<double>& steps) {
   for (const int k : moved)

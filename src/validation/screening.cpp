@@ -62,7 +62,7 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
                             const Leaders& leaders, const Look& look) {
   std::vector<Trial> out;
   if (!candidates.haveContact() || names.size() < 2 || leaders.waits(references) || leaders.settles(references) ||
-      !plainlyOffThroughContact(references))
+      !plainlyOffThroughContact(references) || references.sparse.stride == 1)  // beside a ring no look is short
     return out;
   Leaders settled = leaders;
   settled.through_contact = true;

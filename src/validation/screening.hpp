@@ -31,7 +31,8 @@ std::vector<std::string> likeliestFirst(std::vector<std::string> names, const st
 /// those that cannot.
 std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
-/// @param names             in the order in which they are looked at; what comes late and can no longer lead costs less
+/// @param names             in the order in which they are looked at, those without contact before the others, which short looks
+///                          may bring into another; what comes late and can no longer lead costs less
 /// @param contact_may_wait  whether candidates through contact wait for one that is beyond doubt without
 /// @param progress          a share of the step, and what is looked at
 Screening screen(const Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 
 #include "../../src/validation/candidates.hpp"
 #include "../support/made_sets.hpp"
