@@ -87,12 +87,13 @@ std::vector<std::string> likeliestFirst(std::vector<std::string> names, const st
 }
 
 std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials) {
-  names = likeliestFirst(std::move(names), trials);
+  const auto evidence = [&](const std::string& name) { return evidenceOf(name, trials); };
   double best = 0.0;
   for (const Trial& t : trials)
     if (t.usable()) best = std::max(best, t.evidence);
-  std::stable_partition(names.begin(), names.end(),
-                        [&](const std::string& name) { return evidenceOf(name, trials) >= rival_share * best; });
+  const auto others = std::stable_partition(names.begin(), names.end(),
+                                            [&](const std::string& name) { return evidence(name) >= rival_share * best; });
+  std::stable_sort(others, names.end(), [&](const auto& a, const auto& b) { return evidence(a) > evidence(b); });
   return names;
 }
 

@@ -27,8 +27,8 @@ void slowLast(std::vector<std::string>& names);
 /// By the evidence that they had, those that take long still last: what stood out alone is the likeliest beside another.
 std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
-/// The same among those that come within reach of the best, then the others: one that takes long and may be it does not wait for
-/// those that cannot.
+/// Those that come within reach of the best, in the order given: two iterations do not tell which of them it is, and what takes long
+/// stays last. Then the others, by their evidence: what takes long and may be it does not wait for those that cannot.
 std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
 /// @param names             in the order in which they are looked at, those without contact before the others, which short looks

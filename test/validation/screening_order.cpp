@@ -34,6 +34,14 @@ TEST(ScreeningOrder, ContactComesAfterTheRestInTheOrderGiven) {
                                              "compliant_mount"}));
 }
 
+TEST(ScreeningOrder, ContendersKeepTheirOrderWhateverAShortLookGave) {
+  // friction that falls and a ring that runs along: looked at in full, friction left nothing, and the ring had led
+  const std::vector<Trial> either = {valued("inner_ring_spin", 1.5e5), valued("velocity_dependent_friction", 1.1e5),
+                                     valued("auxiliary_bearing_misalignment", 2e3), valued("hertzian_contact", 4e3)};
+  EXPECT_EQ(contendersFirst({"auxiliary_bearing_misalignment", "hertzian_contact", "velocity_dependent_friction", "inner_ring_spin"}, either),
+            (std::vector<std::string>{"velocity_dependent_friction", "inner_ring_spin", "hertzian_contact", "auxiliary_bearing_misalignment"}));
+}
+
 TEST(ScreeningOrder, WhatTakesLongDoesNotWaitForWhatCannotBeIt) {
   const std::vector<std::string> names = {"hertzian_contact", "inner_ring_spin", "compliant_mount"};
   const std::vector<Trial> mount = {valued("hertzian_contact", 3e3), valued("inner_ring_spin", -1e6), valued("compliant_mount", 3e5)};
