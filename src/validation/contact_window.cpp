@@ -63,6 +63,15 @@ double StartUnknowns::value(const MachineState<double>& state, int unknown) cons
   return unknown < free_ ? state.mechanics[unknown] : state.current[unknown - free_];
 }
 
+void StartUnknowns::addPrior(const MachineState<double>& guess, const MachineState<double>& at, Eigen::MatrixXd& h,
+                             Eigen::VectorXd& b) const {
+  for (int k = 0; k < size(); ++k) {
+    const double prior = scale(k, prior_of_start);
+    h(k, k) += 1.0 / (prior * prior);
+    b[k] += (value(guess, k) - value(at, k)) / (prior * prior);
+  }
+}
+
 MachineState<double> StartUnknowns::moved(MachineState<double> state, const Eigen::VectorXd& step) const {
   for (int k = 0; k < free_; ++k) state.mechanics[k] += step[k];
   for (int a = 0; a < 4; ++a) state.current[a] += step[free_ + a];
@@ -192,11 +201,7 @@ double ContactWindow::ownGain() const {
   const int g = run_.coordinates(), w = run_.unknowns.size();
   Eigen::MatrixXd own = h.block(g, g, w, w);
   Eigen::VectorXd right = b.segment(g, w);
-  for (int k = 0; k < w; ++k) {
-    const double prior = run_.unknowns.scale(k, prior_of_start);
-    own(k, k) += 1.0 / (prior * prior);
-    right[k] += (run_.unknowns.value(guess, k) - run_.unknowns.value(start, k)) / (prior * prior);
-  }
+  run_.unknowns.addPrior(guess, start, own, right);
   const Eigen::VectorXd solved = Ldlt(own).solve(right);
   return solved.allFinite() ? std::max(0.0, right.dot(solved)) : 1e300;
 }
@@ -223,11 +228,8 @@ double ContactWindow::refine(int passes) {
     if (better && pass > 0 && drop < 2e-3 * best_squares) break;
     Eigen::MatrixXd own = best_h;
     Eigen::VectorXd right = best_b;
-    for (int k = 0; k < w; ++k) {
-      const double prior = run_.unknowns.scale(k, prior_of_start);
-      own(k, k) = own(k, k) * (1.0 + damping) + 1.0 / (prior * prior);
-      right[k] += (run_.unknowns.value(guess, k) - run_.unknowns.value(best, k)) / (prior * prior);
-    }
+    own.diagonal() *= 1.0 + damping;
+    run_.unknowns.addPrior(guess, best, own, right);
     const Eigen::VectorXd step = Ldlt(own).solve(right);
     if (!step.allFinite()) break;
     start = run_.unknowns.moved(best, step);

@@ -43,6 +43,8 @@ class StartUnknowns {
   double scale(int unknown, const StartScales& scales) const;
   double value(const MachineState<double>& state, int unknown) const;
   MachineState<double> moved(MachineState<double> state, const Eigen::VectorXd& step) const;
+  /// Adds what the prior about a guess gives to normal equations of the unknowns about another state.
+  void addPrior(const MachineState<double>& guess, const MachineState<double>& at, Eigen::MatrixXd& h, Eigen::VectorXd& b) const;
   /// A change of one unknown, as a lane of a prediction takes it.
   std::vector<double> change(int unknown, double by) const;
 

@@ -78,11 +78,7 @@ Eliminated eliminateStart(const ContactWindow& window, const WindowedRun& run) {
   const Eigen::MatrixXd between = window.h(order, Eigen::seqN(g, w));
   Eigen::MatrixXd own = window.h.block(g, g, w, w);
   Eigen::VectorXd own_b = window.b.segment(g, w);
-  for (int k = 0; k < w; ++k) {
-    const double prior = run.unknowns.scale(k, prior_of_start);
-    own(k, k) += 1.0 / (prior * prior);
-    own_b[k] += (run.unknowns.value(window.guess, k) - run.unknowns.value(window.start, k)) / (prior * prior);
-  }
+  run.unknowns.addPrior(window.guess, window.start, own, own_b);
   const Ldlt factor(own);
   const Eigen::VectorXd pivots = factor.pivots();
   Eliminated out;
