@@ -217,9 +217,10 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   if (r > 0) {  // eliminate the run's offsets
     Eigen::MatrixXd own = sums.h.bottomRightCorner(r, r);
     Eigen::VectorXd own_b = sums.g.tail(r);
-    for (int k = 0; k < r; ++k) {
-      own(k, k) += 1.0 / (offset_std_ * offset_std_);
-      own_b[k] -= (k < 4 ? local.offset_m[k % 4] : local.drift_m[k % 4]) / (offset_std_ * offset_std_);
+    own.diagonal().array() += 1.0 / (offset_std_ * offset_std_);
+    for (int a = 0; a < 4; ++a) {
+      own_b[a] -= local.offset_m[a] / (offset_std_ * offset_std_);
+      own_b[4 + a] -= local.drift_m[a] / (offset_std_ * offset_std_);
     }
     const Ldlt factor(own);
     const Eigen::VectorXd solved = factor.solve(own_b);
