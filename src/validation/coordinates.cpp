@@ -27,6 +27,28 @@ constexpr double contact_step_share = 1e-4;
 /// Absolute uncertainties; all others are relative to the believed value.
 bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad"; }
 
+/// An amplitude of either sign below this share of the next one that shares its phase says nothing of the sign.
+constexpr double tells_the_sign = 0.1;
+
+/// Amplitudes of either sign that share a phase and all of them turned by half a turn are one machine: the one whose first amplitude
+/// is positive is what is stated, and its phase within half a turn of 0.
+void stateOnce(const std::vector<ParameterSchema>& parameters, std::vector<double>& values) {
+  std::size_t first = 0;  // of the amplitudes that share the next phase
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters[i].role == ParameterRole::amplitude) continue;
+    if (parameters[i].role == ParameterRole::phase && i > first && parameters[i].harmonic == 1) {
+      std::size_t sign = first;
+      while (sign + 1 < i && std::fabs(values[sign]) < tells_the_sign * std::fabs(values[sign + 1])) ++sign;
+      if (values[sign] < 0.0) {
+        for (std::size_t k = first; k < i; ++k) values[k] = -values[k];
+        values[i] += pi;
+      }
+      values[i] = std::remainder(values[i], two_pi);
+    }
+    first = i + 1;
+  }
+}
+
 /// An unbalance goes with its phase as a vector and adds to others; what else is uncertain by a share multiplies.
 bool isFactor(const std::string& name, double value) {
   return !isAbsolute(name) && name != "unbalance.moment_kg_m" && value > 0.0;
@@ -178,6 +200,7 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
     const double risen = v[slot.other_parameter] + slot.sign * std::exp(x[slot.coordinate]);
     v[slot.parameter] = std::min(std::max(risen, p.lower), p.upper);
   }
+  stateOnce(effectCatalogue().find(fitted_[place].id)->parameters, v);
   return v;
 }
 

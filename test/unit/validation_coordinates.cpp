@@ -173,6 +173,22 @@ TEST(FitSpaceTest, ARiseKnownToAFactorDeviatesByThatFactor) {
   EXPECT_NEAR(sure[1].std, 0.06e-4, 1e-12) << "never exact";
 }
 
+TEST(FitSpaceTest, ABowIsStatedOnceOfTheTwoWaysToSayIt) {
+  const FitSpace space(belief(), {{"shaft_bow", {-4e-6, 2e-6, 2.1}}});
+  const auto stated = [&](std::vector<double> values) {
+    Eigen::VectorXd x = space.start();
+    for (int i = 0; i < 3; ++i) x[space.nuisances() + i] = values[i];
+    return space.model(x).effects[0].values;
+  };
+  const std::vector<double> turned = stated({-4e-6, 2e-6, 2.1});
+  EXPECT_DOUBLE_EQ(turned[0], 4e-6);
+  EXPECT_DOUBLE_EQ(turned[1], -2e-6);
+  EXPECT_NEAR(turned[2], 2.1 - M_PI, 1e-14);
+  EXPECT_EQ(stated({4e-6, -2e-6, -1.0}), (std::vector<double>{4e-6, -2e-6, -1.0})) << "the first is positive already";
+  EXPECT_GT(stated({1e-8, -2e-6, 0.0})[1], 0.0) << "next to nothing at a: b tells";
+  EXPECT_NEAR(stated({4e-6, 0.0, 6.0})[2], 6.0 - 2.0 * M_PI, 1e-14) << "within half a turn";
+}
+
 TEST(FitSpaceTest, ARiseEndsAtItsParametersLimits) {
   const FitSpace space(belief(), {{"velocity_dependent_friction", {0.08, 1.5, 2.0}}});
   Eigen::VectorXd x = space.start();
