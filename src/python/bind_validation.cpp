@@ -165,6 +165,7 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
   d["sentences"] = diagnosis.sentences;
   d["remarks"] = diagnosis.remarks;
   d["seconds"] = diagnosis.seconds;
+  d["time_limit_reached"] = diagnosis.time_limit_reached;
   return d;
 }
 
@@ -267,13 +268,14 @@ void bindValidation(py::module_& m) {
   m.def(
       "diagnose",
       [](const Model& model, const Dataset& dataset, const std::vector<std::string>& candidates,
-         int threads, int most_steps, py::object progress) {
+         int threads, int most_steps, double time_limit_s, py::object progress) {
         requireModes(model);
         PythonProgress report(std::move(progress));
         DiagnosisOptions options;
         options.candidates = candidates;
         options.threads = threads;
         options.most_steps = most_steps;
+        options.time_limit_s = time_limit_s;
         options.progress = std::ref(report);
         Diagnosis diagnosis;
         {
@@ -286,7 +288,7 @@ void bindValidation(py::module_& m) {
         return py::make_tuple(found, diagnosis.adopted, rivals);
       },
       py::arg("model"), py::arg("dataset"), py::arg("candidates") = std::vector<std::string>(),
-      py::arg("threads") = 0, py::arg("most_steps") = 3,
+      py::arg("threads") = 0, py::arg("most_steps") = 3, py::arg("time_limit_s") = 0.0,
       py::arg("progress") = py::none(),
       "The diagnosis as of amb-diagnosis/1, the model with all its steps, and the models of its experiments by effect.");
 }

@@ -304,7 +304,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
            winner.evidence < std::min(hopeless, -already_near * references.worth) &&
            !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
   };
-  for (int round = 0; round < approach_rounds && worthwhile(); ++round) {
+  for (int round = 0; round < approach_rounds && worthwhile() && !limit_.isUp(); ++round) {
     const Eigen::VectorXd own = winner.nuisance();
     std::vector<LocalState> local = winner.local;
     if (contact)
@@ -315,7 +315,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     winner = std::move(more);
     value(winner, references);
   }
-  if (!contact || leaders.settles(references) || !winner.fit.finite) return winner;
+  if (!contact || leaders.settles(references) || !winner.fit.finite || limit_.isUp()) return winner;
   const auto take = [&](Trial more) {
     if (!more.fit.finite || more.fit.chi2 >= winner.fit.chi2) return;
     more.others = std::move(winner.others);
@@ -357,7 +357,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   bool settled = false;  // whether the leader leaves nothing to be had
   const auto goOn = [&](Trial& t, FitEffort effort) {
     const int rounds = effort.first_look ? most_sparse_rounds : most_rounds;
-    for (int round = 0; round < rounds; ++round) {
+    for (int round = 0; round < rounds && !limit_.isUp(); ++round) {
       const Eigen::VectorXd own = t.nuisance();
       Trial more = fit(t.effects(), &own, t.local, effort, needsContact(t.effect) ? &references.prior : nullptr);
       const bool comparable = more.stride == t.stride;

@@ -92,6 +92,7 @@ bool isAstray(const Trial& trial) { return trial.fit.squares > astray * trial.fi
 Trial Candidates::approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const {
   const Eigen::VectorXd own = start.nuisance();
   Trial near = fit(effects, &own, start.local, contact_effort, &prior);
+  if (limit_.isUp()) return near;
   const bool strayed = near.fit.finite && isAstray(near);
   const bool grown = start.grown > 0.0 && near.fit.finite && near.fit.chi2 > (1.0 - as_grown) * start.grown;
   if (strayed && !grown) {
@@ -148,7 +149,7 @@ Trial Candidates::lengthened(const Trial& from, FitEffort effort, const Quadrati
 
 Trial Candidates::settled(Trial trial, int iterations) const {
   const FitEffort effort = {Through::all, iterations, true};
-  for (int round = 0; round < fresh_rounds && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
+  for (int round = 0; round < fresh_rounds && !limit_.isUp() && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     Trial more = round == 0 ? fit(trial.effects(), &at, begunAnew(trial.local), effort) : lengthened(trial, effort, nullptr);
     if (!more.fit.finite || more.fit.chi2 > trial.fit.chi2 - worth_anew) break;
@@ -160,12 +161,12 @@ Trial Candidates::settled(Trial trial, int iterations) const {
 Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const {
   const Model model = trial.space->model(trial.fit.x);
   const auto liesElsewhere = [&] { return held_out_error > noise_level && worstThroughContact(trial) < astray; };
-  if (!haveContact()) return trial;
+  if (!haveContact() || limit_.isUp()) return trial;
   if (movesByItself(model)) return hasRing(model) ? widenedByHollows(std::move(trial), prior) : trial;
   const int rounds = closestCorrelation(trial) > curved || liesElsewhere() ? valley_rounds : 0;
   const int size = trial.space->size();
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);
-  for (int round = 0; round < rounds && trial.fit.finite; ++round) {
+  for (int round = 0; round < rounds && trial.fit.finite && !limit_.isUp(); ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     const Trial here = fit(trial.effects(), &at, trial.local, {Through::contact, 0}, &prior);
     Trial there = lengthened(here, {Through::contact, contact_iterations, true}, &prior);
@@ -229,7 +230,7 @@ Trial Candidates::widenedByHollows(Trial trial, const QuadraticPrior& prior) con
 }
 
 Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iterations) const {
-  for (int round = 0; round < valley_rounds && trial.fit.finite; ++round) {
+  for (int round = 0; round < valley_rounds && trial.fit.finite && !limit_.isUp(); ++round) {
     const Eigen::VectorXd deviation = leastKnown(trial);
     if (!deviation.allFinite() || !(deviation.norm() > 0.0)) break;
     FitEffort effort = {Through::contact, 0};

@@ -78,8 +78,8 @@ Settings Trial::effects() const {
   return out;
 }
 
-Candidates::Candidates(const Model& belief, const Dataset& dataset)
-    : belief_(belief), recordings_(prepareRecordings(dataset)) {
+Candidates::Candidates(const Model& belief, const Dataset& dataset, const TimeLimit& limit)
+    : belief_(belief), limit_(limit), recordings_(prepareRecordings(dataset)) {
   for (const auto& setting : belief_.uncertainty)
     if (setting.first == "sensor.offset_m") offset_std_ = setting.second;
   for (int i = 0; i < static_cast<int>(recordings_.size()); ++i) {
@@ -124,6 +124,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   const FitProblem problem(recordings_, *trial.space, offset_std_);
   FitOptions options;
   options.most_iterations = effort.iterations;
+  options.give_up = [this] { return limit_.isLongUp(); };
   options.thorough_first = effort.thorough;
   options.scores = effort.scores;
   options.frozen = effort.frozen;

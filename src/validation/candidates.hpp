@@ -10,6 +10,7 @@
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/start_screen.hpp"
+#include "time_limit.hpp"
 
 namespace amb_rotor {
 
@@ -110,12 +111,14 @@ bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance);
 
 class Candidates {
  public:
-  Candidates(const Model& belief, const Dataset& dataset);
+  /// @param limit  once it is up looks and refits take no further rounds
+  Candidates(const Model& belief, const Dataset& dataset, const TimeLimit& limit = {});
 
   const Model& belief() const { return belief_; }
   const std::vector<Recording>& recordings() const { return recordings_; }
   double offsetStd() const { return offset_std_; }
   bool haveContact() const { return !fit_contact_.empty(); }
+  const TimeLimit& limit() const { return limit_; }
 
   /// Puts values of an effect that a fit has left at a limit back to those of its middle start. False: none is.
   bool leaveLimits(const FitSpace& space, const Eigen::VectorXd& x, EffectSetting& effect) const;
@@ -182,6 +185,7 @@ class Candidates {
   void value(Trial& trial, const References& references) const;
 
   Model belief_;
+  TimeLimit limit_;
   std::vector<Recording> recordings_;
   double offset_std_ = 0.0;
   int look_offset_ = 0;  ///< of the windows of a first look

@@ -51,7 +51,7 @@ constexpr int most_adopted = 4;
 class Diagnoser {
  public:
   Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options)
-      : candidates_(model, dataset), options_(options) {
+      : candidates_(model, dataset, TimeLimit(options.time_limit_s)), options_(options) {
     names_ = options.candidates;
     if (names_.empty())
       for (const auto& schema : effectCatalogue().all())
@@ -80,6 +80,7 @@ class Diagnoser {
   bool withdraw(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool clean() const;
+  bool hurried() const { return candidates_.limit().isUp(); }
   bool strained() const;
   bool structured() const;
   UnexplainedSearch lawsBeside(const Trial& trial) const;
@@ -224,7 +225,7 @@ bool Diagnoser::keepsItsPlace(const Settings& others) const {
 
 /// Takes an earlier step back that the later ones have made needless.
 bool Diagnoser::withdraw(Diagnosis& out) {
-  if (adopted_.size() < 2) return false;
+  if (adopted_.size() < 2 || hurried()) return false;
   for (std::size_t i = 0; i + 1 < adopted_.size(); ++i) {
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
@@ -300,7 +301,7 @@ Unexplained Diagnoser::lawBesideNone(LawEffort effort) {
 bool Diagnoser::lawIsPlain(double share) {
   const bool little = adopted_.empty() || !leavesMoreThanDetails(begun_, errors_);
   if (errors_.validation_error_free < structured_error && little) return false;
-  if (!adopted_.empty() && needsContact(adopted_.back().id)) return false;
+  if (hurried() || (!adopted_.empty() && needsContact(adopted_.back().id))) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
@@ -318,6 +319,7 @@ bool Diagnoser::lawLeavesLess() {
     if (needsContact(effect.id)) return false;
   const bool most_by_one = !much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_);
   if (most_by_one && clean()) return false;
+  if (!law_ && hurried()) return false;
   if (!law_) law_ = lawBesideNone(most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
@@ -362,6 +364,7 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
 
 /// Two effects that only help together and promise some evidence.
 bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out) {
+  if (hurried()) return false;
   std::vector<PairTrial> pairs = tryPairs(candidates_, trials, adopted_, references_, least, [&](const std::string& names) {
     progress(share - 0.02, "together: " + names);
   });
@@ -389,7 +392,7 @@ Diagnosis Diagnoser::run() {
   begun_ = errors_;
   begin_ = references_;
   begin_.screen.reset();  // the starts' directions take much room
-  for (int step = 0; step < options_.most_steps; ++step) {
+  for (int step = 0; step < options_.most_steps && !(step > 0 && hurried()); ++step) {
     if (step > 0) refer();
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     std::vector<Trial> trials = screen(from, to, true);
@@ -413,7 +416,7 @@ Diagnosis Diagnoser::run() {
       if (clean()) break;
       continue;
     }
-    if (step == 0) proposeExperiments(candidates_, trials, chosen->effect, out);
+    if (step == 0 && !hurried()) proposeExperiments(candidates_, trials, chosen->effect, out);
     if (step == 0)
       for (auto& c : out.ranking)
         if (c.effect == chosen->effect) {
@@ -427,21 +430,27 @@ Diagnosis Diagnoser::run() {
   }
   const bool stand_by = !out.steps.empty() && lawLeavesLess();
   if (stand_by) standBy(out);
-  if (!out.withdrawn.empty() && !out.steps.empty()) lookAgain(out);
+  if (!out.withdrawn.empty() && !out.steps.empty() && !hurried()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
   if (stand_by || structured()) {
+    const LawEffort effort = hurried() ? LawEffort::plain : LawEffort::whole;
     out.verdict = "unknown";
     if (out.unexplained.terms.empty())
       out.unexplained = errors_.validation_error_free <= structured_error ? inContactOnly()
-                        : !adopted_.empty()                               ? lawsBeside(joint_).law()
+                        : !adopted_.empty()                               ? lawsBeside(joint_).law(effort)
                         : law_                                            ? *law_
-                                                                          : lawBesideNone(LawEffort::whole);
+                                                                          : lawBesideNone(effort);
   } else {
     out.verdict = out.steps.empty() ? "none" : "effect";
   }
   out.sentences = sentencesOf(out);
   if (out.verdict != "unknown")
     for (std::string& sentence : strainsOf(joint_)) out.sentences.push_back(std::move(sentence));
+  if (hurried()) {
+    out.time_limit_reached = true;
+    out.remarks.push_back("the search ended at its time limit: what had not been looked at by then is left out, and a longer one may "
+                          "find more");
+  }
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   progress(1.0, "done");
   return out;

@@ -177,7 +177,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   const double last_drop = options.scores ? 1.0 : 20.0;
   double gained = 0.0;  // by the last step
   const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
-  for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
+  for (int iteration = 0; iteration < options.most_iterations && !(options.give_up && options.give_up()); ++iteration) {
     Eigen::MatrixXd h = now.h;
     Eigen::VectorXd g = now.g;
     h.diagonal() += prior_weight;

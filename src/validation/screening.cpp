@@ -54,6 +54,15 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
   }
 }
 
+/// Of an effect for which no time was left.
+Trial notLookedAt(const std::string& name) {
+  Trial out;
+  out.effect = name;
+  out.fit.finite = false;
+  out.note = "not looked at: the time limit was reached";
+  return out;
+}
+
 using Look = std::function<Trial(const std::string&, const Leaders&, const Trial* seen)>;
 
 /// Where the reference is plainly off through contact, one short look at each candidate there. Full looks, which take long for
@@ -112,6 +121,7 @@ Screening screen(const Candidates& candidates, const std::vector<std::string>& n
   }
   const double each = looked_at / std::max<std::size_t>(1, free.size() + contact.size());
   const auto look = [&](const std::string& name, const Leaders& at, const Trial* seen) {
+    if (candidates.limit().isUp()) return seen != nullptr ? *seen : notLookedAt(name);
     progress(each * trials.size(), name);
     return candidates.look(name, standing.adopted, references, at, seen);
   };

@@ -75,12 +75,14 @@ struct Diagnosis {
   Model adopted;                        ///< the belief with all steps and the refitted nuisance
   std::vector<std::string> remarks;
   double seconds = 0.0;
+  bool time_limit_reached = false;  ///< the search ended early for it
 };
 
 struct DiagnosisOptions {
   std::vector<std::string> candidates;  ///< empty: the whole catalogue
   int threads = 0;
   int most_steps = 3;
+  double time_limit_s = 0.0;  ///< after which nothing new is begun; a refit under way ends a third later. 0: none
   Progress progress;
 };
 

@@ -7,6 +7,7 @@
 // first turns leave open of angle and speed (their pulses' times are rounded); of a window of 10 ms in a run with contact,
 // its starting mechanics, currents and integrators besides.
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -122,6 +123,7 @@ class FitProblem {
 
 struct FitOptions {
   int most_iterations = 8;
+  std::function<bool()> give_up;  ///< asked before each iteration: true ends the fit where it is (may be empty)
   double tolerance = 1e-4;   ///< relative change of chi2 that ends the fit
   int first_window_passes = 9, window_passes = 3;  ///< refinements of the windows' starts in the first evaluation, and later
   int window_stride = 1, window_offset = 0;  ///< see EvaluationOptions

@@ -12,7 +12,7 @@ import tempfile
 import threading
 
 from amb_rotor import yaml_file
-from amb_rotor.cli import common
+from amb_rotor.cli import common, diagnose
 from amb_rotor.errors import InputError
 
 HELP = "diagnose blind data sets, our own or others': hits, false alarms, parameter errors, time"
@@ -30,6 +30,7 @@ def add_arguments(parser) -> None:
     parser.add_argument("--sets", type=int, default=100, metavar="N", help="how many sets (default: 100)")
     parser.add_argument("--seed", type=int, default=1, metavar="S", help="of all of them (default: 1)")
     parser.add_argument("--jobs", type=int, default=1, metavar="J", help="sets at a time (default: 1)")
+    diagnose.add_time_limit(parser)
     parser.add_argument("--keep", metavar="DIR",
                         help="keep sets and diagnoses here; what is there already is not done again")
     parser.add_argument("--data", metavar="DIR",
@@ -227,14 +228,14 @@ def sets_in(folder: pathlib.Path) -> list[pathlib.Path]:
     return sets
 
 
-def known_set(source: pathlib.Path, folder: pathlib.Path, threads: int, core) -> dict:
+def known_set(source: pathlib.Path, folder: pathlib.Path, threads: int, limit_s: float, core) -> dict:
     """Diagnoses a set that is there, unless that is done; its truth is read after the diagnosis."""
     diagnosis = _read(folder / "diagnosis.json")
     row = {"set": source.name, "hidden": ["?"]}
     try:
         if diagnosis is None:
             dataset = core.read_dataset(str(source))
-            diagnosis, *_ = core.diagnose(dataset.belief, dataset, threads=threads)
+            diagnosis, *_ = core.diagnose(dataset.belief, dataset, threads=threads, time_limit_s=limit_s)
             folder.mkdir(parents=True, exist_ok=True)
             _write(folder / "diagnosis.json", diagnosis)
         return {**row, **judge(truth_of(source / "truth.yaml"), diagnosis)}
@@ -242,7 +243,7 @@ def known_set(source: pathlib.Path, folder: pathlib.Path, threads: int, core) ->
         return {**row, "failure": str(error)}
 
 
-def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, core) -> dict:
+def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, limit_s: float, core) -> dict:
     """Makes and diagnoses a set, as far as that is not done yet."""
     hidden = hidden_in(index, seed, core)
     row = {"set": index, "hidden": hidden}
@@ -254,7 +255,7 @@ def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, core) -> 
         diagnosis = _read(folder / "diagnosis.json")
         if diagnosis is None:
             dataset = core.read_dataset(str(folder))
-            diagnosis, *_ = core.diagnose(dataset.belief, dataset, threads=threads)
+            diagnosis, *_ = core.diagnose(dataset.belief, dataset, threads=threads, time_limit_s=limit_s)
             _write(folder / "diagnosis.json", diagnosis)
     except InputError as error:
         return {**row, "failure": str(error)}
@@ -315,7 +316,7 @@ def run(args) -> int:
         else:
             work = [(one_set, i, args.seed, keep / f"set-{i:04d}") for i in range(args.sets)]
         pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(args.jobs))
-        jobs = [pool.submit(*call, threads, _core) for call in work]
+        jobs = [pool.submit(*call, threads, args.time_limit, _core) for call in work]
         try:
             for job in common.progress(concurrent.futures.as_completed(jobs), "sets", total=len(jobs)):
                 job.result()

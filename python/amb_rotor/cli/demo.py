@@ -112,7 +112,7 @@ def improve(args, out: pathlib.Path, share: pathlib.Path) -> tuple[list, dict]:
     candidates = [] if args.full else CANDIDATES
     say("\namb diagnose config/tutorial/measured"
         + ("" if args.full else "".join(f" --effect {name}" for name in candidates)))
-    asked = argparse.Namespace(candidates=candidates, threads=0, steps=1, overrides=[])
+    asked = argparse.Namespace(candidates=candidates, threads=0, steps=1, time_limit=0.0, overrides=[])
     _, _, diagnosis, adopted, rivals = diagnose.diagnose(folder, None, asked)
     diagnose.print_diagnosis(diagnosis)
     if not diagnosis["steps"] or adopted.faults:

@@ -1,7 +1,9 @@
 """`amb diagnose`: which physical effect a model lacks."""
 from __future__ import annotations
 
+import argparse
 import json
+import math
 import os
 import pathlib
 import secrets
@@ -13,6 +15,7 @@ from amb_rotor.errors import InputError
 
 HELP = "find the physical effect that a model lacks"
 EXAMPLE = "amb diagnose config/tutorial/measured --out out/diagnosis"
+TIME_LIMIT_S = 180.0
 
 
 def add_arguments(parser) -> None:
@@ -26,7 +29,24 @@ def add_arguments(parser) -> None:
                         help="an effect of one's own (format amb-effect/1) joins the candidates; may be repeated")
     parser.add_argument("--steps", type=int, default=3, help="effects adopted at most (default: 3)")
     parser.add_argument("--threads", type=int, default=0, help="default: all cores")
+    add_time_limit(parser)
     common.add_out(parser, "diagnose")
+
+
+def time_limit(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 <= seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: a time of 0 s or more")
+    return seconds
+
+
+def add_time_limit(parser) -> None:
+    parser.add_argument("--time-limit", type=time_limit, metavar="SECONDS", default=TIME_LIMIT_S,
+                        help="after which nothing new is begun: what is known by then is the result, and it says so "
+                             f"(default: {TIME_LIMIT_S:g}; 0: none)")
 
 
 def revisions_of(diagnosis: dict) -> list[dict]:
@@ -129,7 +149,8 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
         print(f"remark: {remark}", flush=True)
     with Bar("diagnosing") as bar:
         diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
-                                                    threads=args.threads, most_steps=args.steps, progress=bar)
+                                                    threads=args.threads, most_steps=args.steps,
+                                                    time_limit_s=args.time_limit, progress=bar)
     diagnosis["remarks"] = [*odd, *diagnosis["remarks"]]
     keep_faults(diagnosis, adopted)
     return dataset, model, diagnosis, adopted, rivals
