@@ -1,6 +1,7 @@
 #pragma once
 // Fits of the belief with further effects to a data set's runs, and what they are measured against.
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -109,6 +110,16 @@ int strideOver(const Settings& effects, int stride);
 /// Puts back what is far from the belief, by its prior deviation. False: nothing is.
 bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance);
 
+/// How near a model comes to the runs to validate when its numbers may move within what the runs to fit leave open.
+struct LeftOpen {
+  double error = 1e300;       ///< there, over the noise, rms
+  double deviations = 1e300;  ///< how far they have moved: root of the quadratic form of the stated covariance
+  int numbers = 0;
+
+  /// Whether that is no farther than chance takes so many numbers: its square, chi-squared, within three deviations of its mean.
+  bool byChance() const { return deviations * deviations < numbers + 3.0 * std::sqrt(2.0 * numbers); }
+};
+
 class Candidates {
  public:
   /// @param limit  once it is up looks and refits take no further rounds
@@ -151,6 +162,8 @@ class Candidates {
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;
+  /// Through contact. The belief about the nuisance is within what the runs to fit say.
+  LeftOpen leftOpenThroughContact(const Trial& trial) const;
   /// Half the drop of the BIC.
   double evidence(const Trial& trial, const Trial& against) const;
   /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows, those that are

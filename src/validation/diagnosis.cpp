@@ -83,6 +83,7 @@ class Diagnoser {
   bool hurried() const { return candidates_.limit().isUp(); }
   bool strained() const;
   bool structured() const;
+  bool isLeftOpen(Diagnosis& out) const;
   UnexplainedSearch lawsBeside(const Trial& trial) const;
   Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
   bool lawIsPlain(double share);
@@ -287,6 +288,16 @@ bool Diagnoser::structured() const {
   return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
 }
 
+/// Whether what is left through contact is no more than what the runs to fit leave open of the model's numbers; then says so. The
+/// runs to validate may tell of a number more closely, a drop that whirls of a stiffness, and what is off by that is no structure.
+bool Diagnoser::isLeftOpen(Diagnosis& out) const {
+  if (adopted_.empty() || hurried() || errors_.validation_error_free > structured_error) return false;
+  const LeftOpen open = candidates_.leftOpenThroughContact(joint_);
+  if (!(open.error < structured_contact_error && open.byChance())) return false;
+  out.remarks.push_back(leftOpenInWords(open, errors_.validation_error_contact));
+  return true;
+}
+
 UnexplainedSearch Diagnoser::lawsBeside(const Trial& trial) const {
   return {candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd()};
 }
@@ -432,7 +443,7 @@ Diagnosis Diagnoser::run() {
   if (stand_by) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty() && !hurried()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
-  if (stand_by || structured()) {
+  if (stand_by || (structured() && !isLeftOpen(out))) {
     const LawEffort effort = hurried() ? LawEffort::plain : LawEffort::whole;
     out.verdict = "unknown";
     if (out.unexplained.terms.empty())

@@ -76,6 +76,14 @@ std::string powerOf(const Trial& trial, double least_evidence) {
   return out;
 }
 
+std::string leftOpenInWords(const LeftOpen& open, double error) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.1f", open.deviations);
+  return "through contact the runs to validate stand at " + twoPlaces(error) +
+         " times the noise, which what the runs to fit leave open accounts for: with the model's numbers moved by " + text +
+         " of their stated deviations, all together, they stand at " + twoPlaces(open.error);
+}
+
 Unexplained inContactOnly() {
   Unexplained out;
   out.depends_on = {"position", "velocity"};

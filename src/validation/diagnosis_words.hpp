@@ -23,6 +23,9 @@ std::vector<std::string> strainsOf(const Trial& standing);
 /// nowhere, are left out; empty where nothing is known.
 std::string powerOf(const Trial& trial, double least_evidence);
 
+/// Of an error through contact that the runs to fit leave open.
+std::string leftOpenInWords(const LeftOpen& open, double error);
+
 /// What to say where nothing is wrong without contact: that is where laws are sought.
 Unexplained inContactOnly();
 
