@@ -8,6 +8,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/starts.hpp"
 #include "candidates.hpp"
+#include "foreseen.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -140,23 +141,7 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::size_t followed = starts.size();
   if (starts.size() > 1) {
-    const auto& parameters = effectCatalogue().find(starts[0].back().id)->parameters;
-    const bool phase = std::any_of(parameters.begin(), parameters.end(),
-                                   [](const ParameterSchema& p) { return p.role == ParameterRole::phase; });
-    std::vector<Model> models;
-    for (const auto& start : starts) {
-      const FitSpace space(belief_, start);
-      Eigen::VectorXd x = space.start();
-      x.head(nuisances[0].size()) = nuisances[0];
-      models.push_back(space.model(x));
-    }
-    auto gains = references.screen->gains(models, phase, !phase);
-    for (std::size_t i = 0; i < gains.size(); ++i) {  // what a start gains at the size that it can have
-      const double usable = usableShare(starts[i].back().id, gains[i].share);
-      if (usable == gains[i].share) continue;
-      const double part = usable / gains[i].share;
-      gains[i] = {gains[i].gain * part * (2.0 - part), usable};
-    }
+    const auto gains = gainsOf(belief_, starts, nuisances[0], references);
     if (startsAreAScan(starts[0].back().id)) {  // the tops of its hills
       order.clear();
       for (std::size_t i = 0; i < gains.size(); ++i)

@@ -14,6 +14,7 @@
 #include "amb_rotor/validation/unexplained.hpp"
 #include "candidates.hpp"
 #include "diagnosis_words.hpp"
+#include "foreseen.hpp"
 #include "pairs.hpp"
 #include "proposals.hpp"
 #include "screening.hpp"
@@ -37,6 +38,8 @@ constexpr double settled_error = 1.02;
 /// Validation error without contact above which a further effect is sought beside those adopted: half a million residuals tell
 /// 1.02 from the noise.
 constexpr double nothing_left = 1.015;
+/// Evidence foreseen beside a model below that from which on an effect is looked at all the same.
+constexpr double worth_a_look = 300.0;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
 /// Validation error over which a residual counts as structured.
@@ -76,6 +79,7 @@ class Diagnoser {
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
+  bool isMoreForeseen();
   bool keepsItsPlace(const Settings& others) const;
   bool withdraw(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
@@ -213,6 +217,22 @@ void Diagnoser::refer() {
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
   setReferences(free, joint_);
+}
+
+/// Whether an effect promises much beside a model that leaves next to nothing on the runs to validate: it may show in the runs to fit
+/// mostly. Only such are then looked at; the references are those of the model as it stands.
+bool Diagnoser::isMoreForeseen() {
+  refer();
+  std::vector<std::string> rest;
+  for (const std::string& name : names_)
+    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
+  const std::map<std::string, double> promises = foreseen(candidates_, rest, adopted_, references_);
+  names_.clear();
+  for (const std::string& name : rest) {
+    const auto promise = promises.find(name);
+    if (promise != promises.end() && promise->second > worth_a_look) names_.push_back(name);
+  }
+  return !names_.empty();
 }
 
 /// Whether the runs without contact alone keep what the others lack, beyond doubt: through contact, a refit without it takes long.
@@ -403,8 +423,10 @@ Diagnosis Diagnoser::run() {
   begun_ = errors_;
   begin_ = references_;
   begin_.screen.reset();  // the starts' directions take much room
+  bool referred = false;  // to the model as it stands
   for (int step = 0; step < options_.most_steps && !(step > 0 && hurried()); ++step) {
-    if (step > 0) refer();
+    if (step > 0 && !referred) refer();
+    referred = false;
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     std::vector<Trial> trials = screen(from, to, true);
     if (step == 0) {
@@ -436,7 +458,12 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out)) {
     }
-    if ((clean() && errors_.validation_error_free < nothing_left && !strained()) || (step == 0 && !adopted_.empty() && lawIsPlain(to))) break;
+    if (clean() && errors_.validation_error_free < nothing_left && !strained()) {
+      if (step + 1 == options_.most_steps || hurried() || !isMoreForeseen()) break;
+      referred = true;
+    } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {
+      break;
+    }
     if (step > 0 && lawLeavesLess()) break;  // a third would only bend further
   }
   const bool stand_by = !out.steps.empty() && lawLeavesLess();

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "amb_rotor/validation/starts.hpp"
-#include "amb_rotor/validation/term_search.hpp"
+#include "foreseen.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -17,53 +16,18 @@ constexpr double least_more = 12.0;
 
 /// Share of what it must have that a pair must promise.
 constexpr double least_promise = 0.1;
-/// Share of a start at which all candidates are linearised together: near neutral, where none hides another.
-constexpr double next_to_neutral = 0.01;
-
-/// Drop of chi2 by some of the coordinates.
-double dropOf(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen) {
-  const Eigen::VectorXd step = solveFor(h, g, chosen);
-  double drop = 0.0;
-  for (std::size_t i = 0; i < chosen.size(); ++i) drop += step[static_cast<long>(i)] * g[chosen[i]];
-  return std::isfinite(drop) ? drop : 0.0;
-}
 
 }  // namespace
 
 std::vector<PairGain> pairGains(const Trial& all, const std::vector<std::string>& effects, double least) {
-  const FitSpace& space = *all.space;
-  Eigen::MatrixXd h = all.fit.normal.h;
-  Eigen::VectorXd g = all.fit.normal.g;
-  std::vector<int> base;
-  std::map<std::string, std::vector<int>> own;
-  for (int k = 0; k < space.size(); ++k) {
-    const Coordinate& c = space.coordinates()[k];
-    if (c.prior_std > 0.0) {
-      const double weight = 1.0 / (c.prior_std * c.prior_std);
-      h(k, k) += weight;
-      g[k] -= weight * (all.fit.x[k] - c.prior_mean);
-    }
-    const std::string effect = c.name.substr(0, c.name.find('.'));
-    const bool candidate =
-        k >= space.nuisances() && std::find(effects.begin(), effects.end(), effect) != effects.end();
-    (candidate ? own[effect] : base).push_back(k);
-  }
-  const double chi2 = all.fit.normal.chi2, count = std::max(2.0, all.fit.count);
-  const double before = dropOf(h, g, base);
-  const auto evidence = [&](const std::vector<const std::vector<int>*>& parts) {
-    std::vector<int> chosen = base;
-    for (const auto* part : parts) chosen.insert(chosen.end(), part->begin(), part->end());
-    const double drop = dropOf(h, g, chosen) - before;
-    const double level = std::max(1.0, (chi2 - before - drop) / count);
-    return 0.5 * (drop / level - static_cast<double>(chosen.size() - base.size()) * std::log(count));
-  };
+  const FirstOrder first_order(all, effects);
   std::map<std::string, double> single;
-  for (const auto& [effect, coordinates] : own) single[effect] = evidence({&coordinates});
+  for (const auto& effect : first_order.coordinates()) single[effect.first] = first_order.evidence({effect.first});
   std::vector<PairGain> gains;
-  for (auto a = own.begin(); a != own.end(); ++a)
-    for (auto b = std::next(a); b != own.end(); ++b) {
-      const double together = evidence({&a->second, &b->second});
-      const double more = together - std::max({single[a->first], single[b->first], 0.0});
+  for (auto a = single.begin(); a != single.end(); ++a)
+    for (auto b = std::next(a); b != single.end(); ++b) {
+      const double together = first_order.evidence({a->first, b->first});
+      const double more = together - std::max({a->second, b->second, 0.0});
       if (more > least) gains.push_back({a->first, b->first, together, more});
     }
   std::stable_sort(gains.begin(), gains.end(),
@@ -84,7 +48,6 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
   std::map<std::string, EffectSetting> start;
   std::vector<std::string> linear, best;
   double best_promise = 0.0;
-  Settings all = adopted;
   for (const Trial& t : screened) {
     if (!t.usable()) continue;
     if (best.size() < 2) {
@@ -92,24 +55,15 @@ std::vector<PairTrial> tryPairs(const Candidates& candidates, const std::vector<
       best_promise += t.evidence;
     }
     start[t.effect] = t.effects().back();
-    if (!isNested(t.effect) || needsContact(t.effect)) continue;
-    std::string unused;
-    const auto values = startingValues(t.effect, candidates.belief(), candidates.recordings(), unused);
-    if (values.empty()) continue;
-    start[t.effect] = {t.effect, values[0]};
-    scaleStart(start[t.effect], next_to_neutral);
-    all.push_back(start[t.effect]);
     linear.push_back(t.effect);
   }
-  const Eigen::VectorXd nuisance = references.free.nuisance();
-  if (linear.size() > 1) {
-    tell("all candidates at once");
-    const Trial joint =
-        candidates.fit(all, &nuisance, references.free.local, {Through::free, 0, false, true});
-    if (joint.fit.finite)
-      for (const PairGain& gain : pairGains(joint, linear, std::max(least_more, least_promise * references.worth)))
-        if (pairs.size() < most_linear && gain.evidence >= least) join(gain.first, gain.second);
-  }
+  tell("all candidates at once");
+  const Trial joint = allAtOnce(candidates, adopted, references, linear);
+  for (const EffectSetting& one : joint.space->fitted())
+    if (std::find(linear.begin(), linear.end(), one.id) != linear.end()) start[one.id] = one;
+  if (joint.fit.finite)
+    for (const PairGain& gain : pairGains(joint, linear, std::max(least_more, least_promise * references.worth)))
+      if (pairs.size() < most_linear && gain.evidence >= least) join(gain.first, gain.second);
   // an effect without contact stands still in fits through contact: such a pair would be one effect only
   if (best.size() == 2 && needsContact(best[0]) == needsContact(best[1]) &&
       best_promise >= least && (needsContact(best[0]) || best_promise > least_promise * references.worth))

@@ -1,9 +1,7 @@
 #pragma once
 // Effects that help only together. One after the other neither earns its place; the sensitivities of all
-// candidates at once say which two would: with h and g of the fit at the model as it stands, S the
-// coordinates of the nuisance, of what is adopted and of two candidates, chi2 would fall by g_S' h_S^-1 g_S.
-// That holds to first order, for effects that vanish somewhere; so the best few are then fitted in full, with
-// the pair of the two best single candidates.
+// candidates at once say to first order which two would (foreseen.hpp), of those that vanish somewhere; so the best few
+// are then fitted in full, with the pair of the two best single candidates.
 #include <functional>
 #include <string>
 #include <utility>

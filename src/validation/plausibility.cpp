@@ -4,17 +4,16 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 #include <deque>
 
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/magnetic_bearing/amplifier.hpp"
 #include "amb_rotor/magnetic_bearing/pid.hpp"
+#include "number_text.hpp"
 
 namespace amb_rotor {
 namespace {
 
-constexpr int axis_count = 4;
 constexpr double averaged_s = 1e-3, warm_up_s = 0.02;
 constexpr double clear = 0.9, unlike = 0.3;     // correlations
 constexpr double unit_factor = 3.0;
@@ -22,12 +21,6 @@ constexpr double same_end_bonus = 0.01;         // between currents that are ali
 constexpr int segments = 8;
 constexpr double least_drift_rad = 0.3, steady_amplitude = 0.3, steady_speed = 1e-3, straight = 0.2, close = 0.08;
 constexpr double same_change = 0.3;             // of the harmonic's drift and that of the tacho's speed
-
-std::string text(const char* format, double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
 
 /// A command's way to the force: held from its due time on, behind the amplifier's lag.
 /// @param integrate  false: the integrator, whose state at the begin is not known, rests

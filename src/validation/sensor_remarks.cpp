@@ -4,14 +4,13 @@
 #include <cctype>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 
 #include "amb_rotor/common/units.hpp"
+#include "number_text.hpp"
 
 namespace amb_rotor {
 namespace {
 
-constexpr int axis_count = 4;
 constexpr long least_samples = 200;
 constexpr double resolved = 0.5;            // noise over resolution from which values seldom repeat
 constexpr double stuck_share = 0.05;        // of a run
@@ -21,12 +20,6 @@ constexpr int blocks = 20;
 constexpr double too_noisy = 2.0, too_quiet = 0.25;
 constexpr double backward_over_forward = 3.0, least_over_noise = 3.0;
 constexpr double least_turns = 4.0;
-
-std::string text(const char* format, double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
 
 /// A value of a channel in the unit that people read.
 std::string valueText(const Channel& channel, double value) {

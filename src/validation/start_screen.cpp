@@ -13,6 +13,9 @@
 namespace amb_rotor {
 namespace {
 
+/// Two changes that differ by less than this share of their squares count as one.
+constexpr double hardly_apart = 1e-6;
+
 /// Predictions of all models of one structure, in the smallest step that any of them needs.
 std::vector<std::vector<double>> predictions(const Recording& rec, const std::vector<Model>& given, double angle,
                                              double run_in_s, std::vector<bool>& finite) {
@@ -122,14 +125,14 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
   return gram;
 }
 
-std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
-  const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(starts.size());
-  std::vector<std::atomic<bool>> lost(starts.size());
+StartScreen::Freed StartScreen::freed(const std::vector<Model>& moved, bool standstill) const {
+  const int p = static_cast<int>(prior_weight_.size()), s = static_cast<int>(moved.size());
+  std::vector<std::atomic<bool>> lost(moved.size());
   const Eigen::MatrixXd gram = products(s, [&](const ReferenceRun& run) {
     std::vector<std::vector<double>> outs;
     if (run.recording.standstill && !standstill) return outs;
     std::vector<bool> finite;
-    outs = predictions(run.recording, starts, run.angle_rad, run.run_in_s, finite);
+    outs = predictions(run.recording, moved, run.angle_rad, run.run_in_s, finite);
     for (std::size_t k = 0; k < outs.size(); ++k) {
       if (!finite[k]) {
         lost[k] = true;
@@ -141,22 +144,46 @@ std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool
   });
   Eigen::MatrixXd nuisance = gram.topLeftCorner(p, p);
   nuisance.diagonal() += prior_weight_;
-  const Ldlt factor(nuisance);
   const Eigen::VectorXd pull = gram.col(p).head(p) + prior_pull_;
+  const Eigen::MatrixXd cross = gram.block(0, p + 1, p, s);
+  const Eigen::MatrixXd along = p > 0 ? Eigen::MatrixXd(Ldlt(nuisance).solveColumns(cross)) : cross;
+  Freed out;
+  out.squares = gram.bottomRightCorner(s, s) - cross.transpose() * along;
+  out.along = gram.col(p).tail(s) - along.transpose() * pull;
+  out.lost.assign(lost.begin(), lost.end());
+  return out;
+}
+
+std::vector<StartGain> StartScreen::gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const {
+  const Freed changes = freed(starts, standstill);
   std::vector<StartGain> out;
-  for (int k = 0; k < s; ++k) {
-    if (lost[k]) {
+  for (long k = 0; k < changes.along.size(); ++k) {
+    if (changes.lost[k]) {
       out.emplace_back();
       continue;
     }
-    const Eigen::VectorXd cross = gram.col(p + 1 + k).head(p);
-    const Eigen::VectorXd moved = p > 0 ? Eigen::VectorXd(factor.solve(cross)) : cross;
-    const double square = gram(p + 1 + k, p + 1 + k) - cross.dot(moved);
-    const double along = gram(p, p + 1 + k) - moved.dot(pull);
+    const double square = changes.squares(k, k), along = changes.along[k];
     const bool uphill = !(square > 0.0) || (!either_sign && along <= 0.0);
     out.push_back(uphill ? StartGain{0.0, 0.0} : StartGain{0.5 * along * along / square, along / square});
   }
   return out;
+}
+
+double StartScreen::gainTogether(const std::vector<Model>& moved, bool standstill) const {
+  const Freed changes = freed(moved, standstill);
+  if (std::any_of(changes.lost.begin(), changes.lost.end(), [](bool lost) { return lost; })) return 0.0;
+  const long s = changes.along.size();
+  const Eigen::VectorXd size = changes.squares.diagonal().cwiseMax(0.0).cwiseSqrt();
+  std::vector<int> seen;  // what changes nothing is no direction
+  for (int k = 0; k < s; ++k)
+    if (size[k] > 0.0) seen.push_back(k);
+  if (seen.empty()) return 0.0;
+  const Eigen::VectorXd scale = size(seen).cwiseInverse();
+  Eigen::MatrixXd alike = scale.asDiagonal() * changes.squares(seen, seen) * scale.asDiagonal();
+  alike.diagonal().array() += hardly_apart;
+  const Eigen::VectorXd along = scale.cwiseProduct(changes.along(seen));
+  const double drop = along.dot(Ldlt(alike).solve(along));
+  return std::isfinite(drop) ? 0.5 * std::max(0.0, drop) : 0.0;
 }
 
 }  // namespace amb_rotor

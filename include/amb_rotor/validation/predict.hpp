@@ -11,6 +11,7 @@
 namespace amb_rotor {
 
 /// Channels of a prediction, a row each instant: displacement ax, ay, bx, by [m], then current ax, ay, bx, by [A].
+constexpr int axis_count = 4;  ///< ax, ay, bx, by
 constexpr int predicted_channels = 8;
 
 /// A stretch of a recording: recorded instants first .. last - 1.

@@ -42,6 +42,9 @@ class StartScreen {
   /// @param standstill    whether runs at standstill count: not where the effect knows the shaft's angle
   /// @return for each; a gain of -1: its prediction did not stay finite
   std::vector<StartGain> gains(const std::vector<Model>& starts, bool either_sign, bool standstill) const;
+  /// What the changes that these models make gain together, each by a share of its own and of either sign. 0: some do not stay
+  /// finite.
+  double gainTogether(const std::vector<Model>& moved, bool standstill) const;
 
   /// Changes of a run's predicted channels, each of samples * predicted_channels or empty: none there. No changes at all: the
   /// run does not count.
@@ -62,6 +65,14 @@ class StartScreen {
     Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
     std::vector<double> predicted;
   };
+  /// Of changes from the reference, the nuisance moved along: their products, and those with what is left.
+  struct Freed {
+    Eigen::MatrixXd squares;
+    Eigen::VectorXd along;
+    std::vector<bool> lost;  ///< those whose prediction did not stay finite
+  };
+  Freed freed(const std::vector<Model>& moved, bool standstill) const;
+
   const std::vector<Recording>& recordings_;
   double offset_std_;
   Eigen::VectorXd prior_weight_, prior_pull_;

@@ -1,0 +1,47 @@
+#pragma once
+// What effects promise beside a model as it stands, to first order and without contact. Of an effect that vanishes: what its numbers
+// gain together, each moved by a little. Of another: what its best start gains at the size at which it does best
+// (amb_rotor/validation/start_screen.hpp). Of several effects at once: one evaluation of all; with h and g of the fit there and S
+// the coordinates of the nuisance, of what is adopted and of the effects asked for, chi2 falls by g_S' h_S^-1 g_S.
+//
+// Left out: what grows faster than an effect's size. A promise says where a fit is worth its time, not what it will find.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "candidates.hpp"
+
+namespace amb_rotor {
+
+/// Out of one evaluation of a model with all of some effects in it, each next to nothing.
+class FirstOrder {
+ public:
+  /// @param all  the evaluation; `effects`: those that are asked for, all else counts as the model as it stands
+  FirstOrder(const Trial& all, const std::vector<std::string>& effects);
+
+  /// Half the drop of the BIC by these together.
+  double evidence(const std::vector<std::string>& effects) const;
+  /// Those that it knows.
+  const std::map<std::string, std::vector<int>>& coordinates() const { return own_; }
+
+ private:
+  Eigen::MatrixXd h_;
+  Eigen::VectorXd g_;
+  std::vector<int> base_;
+  std::map<std::string, std::vector<int>> own_;
+  double chi2_, count_, before_;
+};
+
+/// That evaluation, for those of the effects that vanish somewhere and show without contact, named in `effects` on return.
+Trial allAtOnce(const Candidates& candidates, const Settings& adopted, const References& references, std::vector<std::string>& effects);
+
+/// What starts of one effect, each with all that is adopted, gain without contact, with the share of their size at which they do;
+/// a bending mode's start at the size that it can have.
+std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance,
+                               const References& references);
+
+/// The evidence that each effect promises beside those adopted; those that show in contact only are left out.
+std::map<std::string, double> foreseen(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted,
+                                       const References& references);
+
+}  // namespace amb_rotor

@@ -1,0 +1,55 @@
+// What effects promise to first order, against what their fits find.
+#include <gtest/gtest.h>
+
+#include "../../src/validation/foreseen.hpp"
+#include "../support/made_sets.hpp"
+
+namespace amb_rotor {
+namespace {
+
+std::vector<std::string> wholeCatalogue() {
+  std::vector<std::string> names;
+  for (const auto& schema : effectCatalogue().all())
+    if (!schema.only_by_name) names.push_back(schema.id);
+  return names;
+}
+
+struct Beside {
+  explicit Beside(const MadeSet& set) : candidates(set.dataset.belief, set.dataset) {
+    free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+    references = candidates.referencesOf(free, free);
+  }
+  Candidates candidates;
+  Trial free;
+  References references;
+};
+
+TEST(Foreseen, NothingIsWhereNothingIsMissing) {
+  const Beside belief(cleanSet());
+  for (const auto& [effect, evidence] : foreseen(belief.candidates, wholeCatalogue(), {}, belief.references)) {
+    EXPECT_LT(evidence, 40.0) << effect;  // a half of chi2 with a noise that is partly coloured
+    EXPECT_FALSE(needsContact(effect)) << effect;
+  }
+}
+
+/// Effects of little size, whose fits are nearly linear: what vanishes at 0, at the belief's own number, and nowhere next to it.
+class ForeseenEffect : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ForeseenEffect, PromisesWhatItsFitFinds) {
+  const std::string hidden = GetParam();
+  const MadeSet& set = madeSet(21, hidden, 0.5, false);
+  const Beside belief(set);
+  const auto promises = foreseen(belief.candidates, wholeCatalogue(), {}, belief.references);
+  const Trial found = belief.candidates.fit({set.truth().effects.at(0)}, nullptr, belief.free.local, {Through::free, 10});
+  const double evidence = belief.candidates.evidence(found, belief.free);
+  ASSERT_GT(evidence, 300.0) << "too little to tell";
+  ASSERT_EQ(promises.count(hidden), 1u);
+  EXPECT_NEAR(promises.at(hidden) / evidence, 1.0, 0.2);  // a second order of an effect of half the noise
+  for (const auto& [effect, promise] : promises) EXPECT_LE(promise, 1.05 * promises.at(hidden)) << effect;
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, ForeseenEffect, ::testing::Values("motor_magnetic_pull", "control_delay", "current_saturation"),
+                         [](const auto& one) { return std::string(one.param); });
+
+}  // namespace
+}  // namespace amb_rotor
