@@ -149,7 +149,9 @@ Trial Candidates::lengthened(const Trial& from, FitEffort effort, const Quadrati
 
 Trial Candidates::settled(Trial trial, int iterations) const {
   const FitEffort effort = {Through::all, iterations, true};
-  for (int round = 0; round < fresh_rounds && !limit_.isUp() && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
+  const Settings effects = trial.effects();
+  const bool touches = std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); });
+  for (int round = 0; round < (touches ? fresh_rounds : 1) && !limit_.isUp() && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     Trial more = round == 0 ? fit(trial.effects(), &at, begunAnew(trial.local), effort) : lengthened(trial, effort, nullptr);
     if (!more.fit.finite || more.fit.chi2 > trial.fit.chi2 - worth_anew) break;

@@ -144,7 +144,8 @@ class Candidates {
   /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
   /// @param against  a reference at the same windows; where half the length does not come well below it, `from` is returned
   Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against = nullptr) const;
-  /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray.
+  /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray; with an effect there
+  /// also over windows that grow: without one the belief's contact may be what is wrong, and the next step tells.
   Trial settled(Trial trial, int iterations) const;
   /// A fit to all runs with effects through contact, followed along the valley that it lies in by fits to the runs with contact
   /// whose windows are short at first; where these end elsewhere and about as well, its covariance is widened by how far.

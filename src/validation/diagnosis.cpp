@@ -22,8 +22,8 @@
 namespace amb_rotor {
 namespace {
 
-/// Of everything together at most.
-constexpr int joint_iterations = 15;
+/// Of everything together at most; behind an effect that a fit without contact has followed to its end.
+constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
 /// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
@@ -187,17 +187,19 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     from = near.effects();
     local = std::move(near.local);
   }
-  joint_ = candidates_.fit(from, &own, local, {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
+  const bool all = candidates_.haveContact();
+  const int iterations = all && !needsContact(effects.back().id) ? joint_iterations_behind_free : joint_iterations;
+  joint_ = candidates_.fit(from, &own, local, {all ? Through::all : Through::free, iterations, true});
   Settings likelier = joint_.effects();
   Eigen::VectorXd there = joint_.nuisance();
   if (moveToLikeliestUnbalance(candidates_.belief(), *joint_.space, likelier, there)) {
     Trial more = candidates_.fit(likelier, &there, joint_.local,
-                                 {candidates_.haveContact() ? Through::all : Through::free, joint_iterations, true});
+                                 {all ? Through::all : Through::free, iterations, true});
     if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
   }
   // while the runs without contact lack something, windows through contact go astray for that
   if (candidates_.judge(joint_, false, true).validation_error_free < structured_error)
-    joint_ = candidates_.settled(std::move(joint_), joint_iterations);
+    joint_ = candidates_.settled(std::move(joint_), iterations);
   errors_ = candidates_.judge(joint_, true, true);
   if (std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); })) {
     const Eigen::VectorXd stood = joint_.fit.x;
