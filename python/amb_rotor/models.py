@@ -14,6 +14,13 @@ def add_model(parser, with_set: bool = True) -> None:
         add_set(parser)
 
 
+def loaded(path: str | None, overrides: list[str], belief):
+    """The model of a file with its overrides; none or -: the belief."""
+    from amb_rotor import _core
+    model = _core.read_model(str(common.input_path(path))) if path and path != "-" else belief
+    return model.with_overrides(overrides) if overrides else model
+
+
 def add_set(parser) -> None:
     parser.add_argument("--set", metavar="PATH=VALUE", action="append", default=[], dest="overrides",
                         help="change a number of the model, e.g. rig.rotor.mass_kg=3.5; may be repeated")

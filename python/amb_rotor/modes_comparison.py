@@ -127,10 +127,9 @@ def _picture(path, dataset, before, after):
 def run_modes(args, model_path, folder) -> int:
     import json
     from amb_rotor import _core
-    from amb_rotor.cli.compare import load_model
     from amb_rotor.report import write_report
     dataset = _core.read_modes_dataset(str(folder))
-    model = load_model(model_path, args.overrides, dataset.belief)
+    model = models.loaded(model_path, args.overrides, dataset.belief)
     if model.amb_model != dataset.belief.amb_model and dataset.conditions:
         raise InputError(f"{model_path}: rig.amb.model must be {dataset.belief.amb_model}, as the data set sets "
                          + ", ".join(dataset.conditions))

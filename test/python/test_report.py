@@ -12,7 +12,7 @@ import pytest
 numpy = pytest.importorskip("numpy")
 pytest.importorskip("amb_rotor._core")
 
-from amb_rotor.report import data, page  # noqa: E402
+from amb_rotor.report import data, numbers, page  # noqa: E402
 
 needs_browser = pytest.mark.skipif(not (shutil.which("chromium") and shutil.which("chromedriver")),
                                    reason="chromium or its driver is not installed")
@@ -119,7 +119,7 @@ def test_an_envelope_keeps_the_extremes():
 
 
 def test_numbers_that_are_not_finite_become_null():
-    assert json.loads(page.embedded({"a": float("nan"), "b": data.short([1.23456, float("inf")])})) == \
+    assert json.loads(page.embedded({"a": float("nan"), "b": numbers.short([1.23456, float("inf")])})) == \
         {"a": None, "b": [1.235, None]}
 
 

@@ -49,12 +49,6 @@ def paths_of(args) -> tuple[str | None, pathlib.Path]:
     return model, common.dataset_folder(args.paths[-1])
 
 
-def load_model(path: str | None, overrides: list[str], belief):
-    from amb_rotor import _core
-    model = _core.read_model(str(common.input_path(path))) if path and path != "-" else belief
-    return model.with_overrides(overrides) if overrides else model
-
-
 def comparison_json(comparison: dict, dataset_name: str) -> dict:
     """What --json and comparison.json hold: the errors over all runs, and those over the held-out runs."""
     model = comparison["model"]
@@ -86,7 +80,7 @@ def run(args) -> int:
         return run_modes(args, path, folder)
     from amb_rotor.report import data, write_report
     dataset = _core.read_dataset(str(folder))
-    model = load_model(path, args.overrides, dataset.belief)
+    model = models.loaded(path, args.overrides, dataset.belief)
     out = common.out_path(args, "compare", models.stem(folder))
     odd = models.oddities(model)
     for remark in odd:  # before the work: with such a model it may take long

@@ -130,7 +130,7 @@ def single_model(model, effect: str, row: dict):
 def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
     """Dataset, model, diagnosis, adopted model, and the models of the experiments that it proposes."""
     from amb_rotor import _core
-    from amb_rotor.cli.compare import Bar, load_model
+    from amb_rotor.cli.compare import Bar
     if _core.is_modes_dataset(str(folder)):
         raise InputError(f"{folder}: a data set of modes; `amb compare` says where the model fails on it")
     loaded = [_core.load_effect(str(common.input_path(file)))["id"] for file in getattr(args, "effect_files", [])]
@@ -141,7 +141,7 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
         if name not in known:
             raise InputError(f"--effect {name}: there is no such effect; there are: {', '.join(known)}")
     dataset = _core.read_dataset(str(folder))
-    model = load_model(model_path, args.overrides, dataset.belief)
+    model = models.loaded(model_path, args.overrides, dataset.belief)
     odd = models.oddities(model)
     if hopeless := models.hopeless(model):
         raise InputError([f"{folder}: the rig as believed {hopeless}; no missing effect is what is wrong with it", *odd[:-1]])

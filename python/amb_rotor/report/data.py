@@ -5,6 +5,9 @@ import math
 
 import numpy
 
+from amb_rotor.report import force
+from amb_rotor.report.numbers import short
+
 CHANNELS = ("ax", "ay", "bx", "by", "iax", "iay", "ibx", "iby")
 # Displacements are drawn in micrometres, currents in ampere.
 FACTORS = (1e6,) * 4 + (1.0,) * 4
@@ -12,11 +15,6 @@ OVERLAY_BINS = 350
 CLOSE_SAMPLES = 400
 ORBIT_BINS = 72
 ORBIT_POINTS = 600
-
-
-def short(values, digits: int = 4) -> list:
-    """Numbers with a few digits; what is not finite becomes null."""
-    return [float(f"{value:.{digits}g}") if math.isfinite(value) else None for value in values]
 
 
 def envelope(values: numpy.ndarray, bins: int = OVERLAY_BINS) -> numpy.ndarray:
@@ -89,7 +87,6 @@ def run_data(run: dict) -> dict:
 @numpy.errstate(all="ignore")  # a channel far beyond all sense is a remark, its squares may overflow
 def stage(label: str, comparison: dict) -> dict:
     """One model against the measurements, for the page."""
-    from amb_rotor.report import force
     model = comparison["model"]
     return {"forces": force.force_maps(comparison["runs"], model), "label": label, "errors": comparison["errors"], "validation_errors": comparison["validation_errors"],
             "nuisance": comparison["nuisance"], "remarks": comparison["remarks"], "model_hash": model.hash,

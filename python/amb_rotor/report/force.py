@@ -17,7 +17,7 @@ import math
 
 import numpy
 
-from amb_rotor.report.data import short
+from amb_rotor.report.numbers import short
 
 WINDOW_S = 2.5e-3
 CELLS = 15          # of a map, each way

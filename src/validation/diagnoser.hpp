@@ -1,0 +1,68 @@
+#pragma once
+// One diagnosis: what stands, what has been adopted, what is asked next. diagnosis.cpp has its course, diagnoser_adoption.cpp what is
+// taken into the model and out of it again, diagnoser_laws.cpp when a law stands in its place.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/validation/diagnosis.hpp"
+#include "amb_rotor/validation/unexplained.hpp"
+#include "candidates.hpp"
+
+namespace amb_rotor {
+
+/// Validation error over which a residual counts as structured.
+constexpr double structured_error = 1.12, structured_contact_error = 1.6;
+
+class Diagnoser {
+ public:
+  Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options);
+
+  Diagnosis run();
+
+ private:
+  void progress(double share, const std::string& what) const {
+    if (options_.progress) options_.progress(share, what);
+  }
+  void setReferences(const Trial& free, const Trial& all);
+  void baseline(Diagnosis& out);
+  std::vector<Trial> screen(double from, double to, bool contact_may_wait);
+  Candidate valued(const Trial& trial) const;
+  void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
+  bool earns(const Trial& trial) const;
+  bool promises(const Trial& trial) const;
+  void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
+  const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
+  void refer();
+  bool isMoreForeseen();
+  bool keepsItsPlace(const Settings& others) const;
+  bool withdraw(Diagnosis& out);
+  void lookAgain(Diagnosis& out) const;
+  bool clean() const;
+  bool hurried() const { return candidates_.limit().isUp(); }
+  bool strained() const;
+  bool structured() const;
+  bool isLeftOpen(Diagnosis& out) const;
+  UnexplainedSearch lawsBeside(const Trial& trial) const;
+  Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
+  bool lawIsPlain(double share);
+  bool lawLeavesLess();
+  void standBy(Diagnosis& out);
+  bool adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out);
+
+  Candidates candidates_;
+  DiagnosisOptions options_;
+  std::vector<std::string> names_;
+  Settings adopted_;
+  References references_;
+  Trial first_;             ///< the belief, as the baseline left it
+  CandidateErrors begun_;   ///< its
+  References begin_;        ///< its
+  std::optional<UnexplainedSearch> search_;  ///< beside it
+  std::optional<Unexplained> law_;           ///< what that has found
+  Trial joint_;             ///< the model as it stands, fitted to all runs
+  CandidateErrors errors_;  ///< its
+  bool contact_waited_ = false;  ///< in the last screening
+};
+
+}  // namespace amb_rotor

@@ -1,0 +1,208 @@
+// What a diagnosis takes into the model, and out of it again.
+#include <algorithm>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/equivalent_unbalance.hpp"
+#include "amb_rotor/validation/ranking.hpp"
+#include "diagnoser.hpp"
+#include "foreseen.hpp"
+#include "pairs.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Of everything together at most; behind an effect that a fit without contact has followed to its end.
+constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
+/// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
+constexpr double plain_promise = 200.0;
+/// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
+constexpr double plain_place = 1000.0;
+/// Candidates of a step that are refitted with everything, where those before do not keep their place.
+constexpr int most_refits = 3;
+/// Evidence foreseen beside a model below that from which on an effect is looked at all the same.
+constexpr double worth_a_look = 300.0;
+
+}  // namespace
+
+bool Diagnoser::earns(const Trial& trial) const {
+  return trial.usable() && trial.evidence >= least_evidence && bornOut(errors_, trial.errors, adopted_.empty());
+}
+
+/// Whether a look has brought the windows that it took down from far above the noise to next to it: fitted to some windows, an
+/// effect may still be too far off for those of the runs to validate.
+bool Diagnoser::promises(const Trial& trial) const {
+  return trial.usable() && needsContact(trial.effect) && trial.evidence >= plain_promise && isAstray(references_.of(trial)) &&
+         !isAstray(trial);
+}
+
+/// Everything refitted to all runs, with robust standard deviations; the model as it stands from then on.
+void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& out) {
+  Eigen::VectorXd own = start.nuisance();
+  Settings from = effects;
+  std::vector<LocalState> local = start.local;
+  if (needsContact(effects.back().id)) {
+    Trial near = candidates_.approach(effects, start, references_.prior);
+    own = near.nuisance();
+    from = near.effects();
+    local = std::move(near.local);
+  }
+  const bool all = candidates_.haveContact();
+  const int iterations = all && !needsContact(effects.back().id) ? joint_iterations_behind_free : joint_iterations;
+  joint_ = candidates_.fit(from, &own, local, {all ? Through::all : Through::free, iterations, true});
+  Settings likelier = joint_.effects();
+  Eigen::VectorXd there = joint_.nuisance();
+  if (moveToLikeliestUnbalance(candidates_.belief(), *joint_.space, likelier, there)) {
+    Trial more = candidates_.fit(likelier, &there, joint_.local,
+                                 {all ? Through::all : Through::free, iterations, true});
+    if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
+  }
+  // while the runs without contact lack something, windows through contact go astray for that
+  if (candidates_.judge(joint_, false, true).validation_error_free < structured_error)
+    joint_ = candidates_.settled(std::move(joint_), iterations);
+  errors_ = candidates_.judge(joint_, true, true);
+  if (std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); })) {
+    const Eigen::VectorXd stood = joint_.fit.x;
+    joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
+    if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, true);
+  }
+  adopted_ = joint_.effects();
+  for (std::size_t i = 0; i < effects.size(); ++i)
+    for (auto& step : out.steps)
+      if (effects[i].id == step.added)
+        step.parameters = joint_.space->effectValues(static_cast<int>(i), joint_.fit.x, joint_.fit.covariance);
+  if (!out.steps.empty()) out.steps.back().errors = errors_;
+}
+
+/// What the next candidates are measured against.
+void Diagnoser::refer() {
+  const Eigen::VectorXd own = joint_.nuisance();
+  const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
+  setReferences(free, joint_);
+}
+
+/// Whether an effect promises much beside a model that leaves next to nothing on the runs to validate: it may show in the runs to fit
+/// mostly. Only such are then looked at; the references are those of the model as it stands.
+bool Diagnoser::isMoreForeseen() {
+  refer();
+  std::vector<std::string> rest;
+  for (const std::string& name : names_)
+    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
+  const std::map<std::string, double> promises = foreseen(candidates_, rest, adopted_, references_);
+  names_.clear();
+  for (const std::string& name : rest) {
+    const auto promise = promises.find(name);
+    if (promise != promises.end() && promise->second > worth_a_look) names_.push_back(name);
+  }
+  return !names_.empty();
+}
+
+/// Whether the runs without contact alone keep what the others lack, beyond doubt: through contact, a refit without it takes long.
+bool Diagnoser::keepsItsPlace(const Settings& others) const {
+  const Eigen::VectorXd own = joint_.nuisance();
+  const Trial with = candidates_.fit(adopted_, &own, joint_.local, {Through::free, 0});
+  Trial without = candidates_.fit(others, &own, joint_.local, {Through::free, 6});
+  return candidates_.evidence(with, without) > plain_place &&
+         (!clean() || bornOut(candidates_.judge(without, false, true), errors_, false));
+}
+
+/// Takes an earlier step back that the later ones have made needless.
+bool Diagnoser::withdraw(Diagnosis& out) {
+  if (adopted_.size() < 2 || hurried()) return false;
+  for (std::size_t i = 0; i + 1 < adopted_.size(); ++i) {
+    Settings rest = adopted_;
+    rest.erase(rest.begin() + static_cast<long>(i));
+    const bool all = candidates_.haveContact();
+    if (all && !needsContact(adopted_[i].id) && keepsItsPlace(rest)) continue;
+    const Eigen::VectorXd own = joint_.nuisance();
+    Trial without = candidates_.fit(rest, &own, joint_.local, {all ? Through::all : Through::free, 6});
+    if (candidates_.evidence(joint_, without) > least_evidence) {
+      // at the floor an effect must be worth its place on the runs to validate, as when it was adopted: many parameters
+      // find some evidence in the colour of the noise
+      if (!clean() || bornOut(candidates_.judge(without, all, true), errors_, false)) continue;
+    }
+    out.withdrawn.push_back(adopted_[i].id);
+    out.steps.erase(out.steps.begin() + static_cast<long>(i));
+    if (i > 0) out.steps[i - 1].only_with_next = false;
+    adopt(rest, without, out);
+    return true;
+  }
+  return false;
+}
+
+/// Values anew what stands in the end: the way over an effect since taken back may have led out of a hollow in which the
+/// first look at it had stayed.
+void Diagnoser::lookAgain(Diagnosis& out) const {
+  for (const auto& effect : adopted_) {
+    const bool contact = needsContact(effect.id);
+    const Eigen::VectorXd own = joint_.nuisance();
+    Trial trial = candidates_.fit({effect}, &own, joint_.local, {contact ? Through::contact : Through::free, joint_iterations},
+                                  contact ? &begin_.prior : nullptr);
+    trial.evidence = candidates_.evidence(trial, begin_.of(trial));
+    const auto was =
+        std::find_if(out.ranking.begin(), out.ranking.end(), [&](const Candidate& c) { return c.effect == effect.id; });
+    if (was == out.ranking.end()) continue;
+    const bool instead = !was->beside.empty() && adopted_.size() == 1;
+    if (!instead && trial.evidence <= (was->beside.empty() ? *was : out.ranking[0]).evidence) continue;
+    Candidate anew = *was;
+    anew.beside.clear();
+    anew.evidence = trial.evidence;
+    anew.errors = candidates_.judge(trial, contact, false);
+    anew.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
+    anew.note.clear();
+    anew.borne_out = true;
+    takeAnew(out.ranking, anew);
+  }
+}
+
+/// The first that earns its place and keeps it when everything is refitted: what was judged on some windows, or with the
+/// rest where it was, may be worth less than it promised. Null: none does.
+const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out) {
+  const Trial stood = joint_;
+  const CandidateErrors before = errors_;
+  const Settings had = adopted_;
+  Candidate beside;
+  const auto steps = out.steps;
+  int tried = 0;
+  for (const Trial& t : trials) {
+    if (tried == most_refits) break;
+    if (!earns(t) && !promises(t)) continue;
+    ++tried;
+    progress(share - 0.02, "refit with " + t.effect);
+    beside = valued(t);
+    out.steps.push_back({t.effect, {}, {}});
+    adopt(t.effects(), t, out);
+    if (bornOut(before, errors_, false)) {
+      if (!had.empty()) takeAnew(out.ranking, beside);
+      return &t;
+    }
+    joint_ = stood;
+    errors_ = before;
+    adopted_ = had;
+    out.steps = steps;
+    if (steps.empty()) notBorneOut(out.ranking, t.effect);
+  }
+  return nullptr;
+}
+
+/// Two effects that only help together and promise some evidence.
+bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out) {
+  if (hurried()) return false;
+  std::vector<PairTrial> pairs = tryPairs(candidates_, trials, adopted_, references_, least, [&](const std::string& names) {
+    progress(share - 0.02, "together: " + names);
+  });
+  for (auto& pair : pairs) {
+    pair.trial.errors = candidates_.judge(pair.trial, pair.contact, false);
+    if (pair.trial.evidence < 2.0 * least_evidence || !earns(pair.trial)) continue;
+    out.steps.push_back({pair.first, {}, {}});
+    out.steps.back().errors = errors_;
+    out.steps.back().only_with_next = true;
+    out.steps.push_back({pair.second, {}, {}});
+    adopt(pair.trial.effects(), pair.trial, out);
+    while (withdraw(out)) {
+    }
+    return true;
+  }
+  return false;
+}
+
+}  // namespace amb_rotor

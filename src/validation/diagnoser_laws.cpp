@@ -1,0 +1,63 @@
+// When a law of a few terms stands in the place of effects.
+#include "amb_rotor/validation/ranking.hpp"
+#include "diagnoser.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Of what the adopted effects leave above the floor a law may leave so much to stand in their place: where they leave
+/// structure, and where they leave little.
+constexpr double law_share = 0.8, doubtful_law_share = 0.5;
+/// Validation error without contact under which nothing is left that a law could name better than the effects adopted.
+constexpr double settled_error = 1.02;
+/// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
+constexpr double plain_gain = 0.95;
+
+}  // namespace
+
+UnexplainedSearch Diagnoser::lawsBeside(const Trial& trial) const {
+  return {candidates_.recordings(), *trial.space, trial.fit.x, trial.local, candidates_.offsetStd()};
+}
+
+Unexplained Diagnoser::lawBesideNone(LawEffort effort) {
+  if (!search_) search_ = lawsBeside(first_);
+  return search_->law(effort);
+}
+
+/// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
+/// where no effect earned its place, none that shows in contact only and no pair.
+bool Diagnoser::lawIsPlain(double share) {
+  const bool little = adopted_.empty() || !leavesMoreThanDetails(begun_, errors_);
+  if (errors_.validation_error_free < structured_error && little) return false;
+  if (hurried() || (!adopted_.empty() && needsContact(adopted_.back().id))) return false;
+  progress(share - 0.02, "a law of a few terms");
+  Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
+  if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
+  law_ = std::move(law);
+  return true;
+}
+
+/// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
+/// little, it must be far less, and plain: laws of several terms bend, too.
+bool Diagnoser::lawLeavesLess() {
+  const bool much = errors_.validation_error_free > structured_error;
+  if (errors_.validation_error_free < settled_error) return false;
+  // the law is sought in runs without contact: it stands for no effect that shows in contact
+  for (const auto& effect : adopted_)
+    if (needsContact(effect.id)) return false;
+  const bool most_by_one = !much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_);
+  if (most_by_one && clean()) return false;
+  if (!law_ && hurried()) return false;
+  if (!law_) law_ = lawBesideNone(most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
+  return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
+}
+
+/// The belief as it was, with the law beside it.
+void Diagnoser::standBy(Diagnosis& out) {
+  preferLaw(out, *law_);
+  adopted_.clear();
+  joint_ = first_;
+  errors_ = out.baseline;
+}
+
+}  // namespace amb_rotor
