@@ -12,13 +12,16 @@
 // terms are below the tolerance; its order grows with the digits.
 //
 // An event is a root of rho - 1 on the step: the state there is the polynomial's, no step is repeated. Roots
-// are looked for between samples, and at the extremum between two samples where the gap turns.
+// are looked for between samples, and at the extremum between two samples where the gap turns; samples that
+// are deeper than their rates can undo between them are not looked at one by one.
 //
 // T: double, or Dual for derivatives (the field is continuous at an event: no saltation, basic_orbit.hpp).
 // Units: dimensionless. No allocation. Left out: Hertz contact (its root is singular at touch-down), friction
 // that depends on the sliding velocity: basic_orbit.cpp has them with Dormand and Prince.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "amb_rotor/machine/basic_model.hpp"
 
@@ -84,28 +87,31 @@ class BasicTaylor {
     w_[1] = {q[2], q[3]};
     const Planar<T> force = {c_.forcing * std::cos(phase), c_.forcing * std::sin(phase)};
     const Planar<T> wave[4] = {force, force.turned(), zero - force, zero - force.turned()};
-    const T tangential = c_.contact * c_.friction;
+    const T normal = contact ? c_.contact : T(0.0), tangential = normal * c_.friction;
+    const T stiffness = c_.stiffness + normal;
     T inverse = T(0.0);
+    Planar<T> first = zero;  // e_0 / r_0
+    if (contact) {
+      squares_[0] = sum(w_[0] * w_[0]);
+      radius_[0] = squareRoot(squares_[0]);
+      inverse = T(1.0) / radius_[0];
+      direction_[0] = w_[0] * inverse;
+      first = direction_[0] * inverse;
+    }
     double factorial = 1.0;
     for (int k = 0; k + 2 <= order_; ++k) {
+      const double share = reciprocal(k + 1) * reciprocal(k + 2);
       if (k > 0) factorial *= reciprocal(k);
-      Planar<T> a =
-          wave[k & 3] * T(factorial) - w_[k + 1] * (c_.damping * double(k + 1)) - w_[k] * c_.stiffness;
+      Planar<T> a = wave[k & 3] * T(factorial) - w_[k] * stiffness - w_[k + 1] * (c_.damping * double(k + 1));
       if (k == 0) a = a - shift * c_.stiffness;
-      if (contact) {
-        squares_[k] = squareAt(k);
-        if (k == 0) {
-          radius_[0] = squareRoot(squares_[0]);
-          inverse = T(1.0) / radius_[0];
-          direction_[0] = w_[0] * inverse;
-        } else {
-          radius_[k] = (squares_[k] - rootSum(k)) * (inverse * 0.5);
-          direction_[k] = (w_[k] - quotientSum(k)) * inverse;
-        }
-        const Planar<T> depth = w_[k] - direction_[k];
-        a = a - depth * c_.contact - depth.turned() * tangential;
+      if (!contact) {
+        w_[k + 2] = a * T(share);
+        continue;
       }
-      w_[k + 2] = a * T(reciprocal(k + 1) * reciprocal(k + 2));
+      a = a - w_[k].turned() * tangential;
+      if (k > 0) nextDirection(k, inverse, first);
+      w_[k + 2] =
+          a * T(share) + (direction_[k] * (normal * share) + direction_[k].turned() * (tangential * share));
     }
     for (int k = contact ? order_ - 1 : 0; k <= order_; ++k) squares_[k] = squareAt(k);
     return step();
@@ -114,16 +120,24 @@ class BasicTaylor {
   int order() const { return order_; }
   /// State at s after the expansion.
   void at(double s, T* q) const {
-    Planar<T> place = w_[order_], velocity = w_[order_] * T(order_);
-    for (int k = order_ - 1; k >= 1; --k) {
-      place = place * T(s) + w_[k];
-      velocity = velocity * T(s) + w_[k] * T(k);
+    // even and odd terms apart, whose sums do not wait for each other
+    const double square = s * s;
+    const int even = order_ / 2 * 2, odd = (order_ - 1) / 2 * 2 + 1;
+    Planar<T> place[2] = {w_[even], w_[odd]}, velocity[2] = {w_[even] * T(even), w_[odd] * T(odd)};
+    for (int k = even - 2; k > 0; k -= 2) {
+      place[0] = place[0] * T(square) + w_[k];
+      velocity[0] = velocity[0] * T(square) + w_[k] * T(k);
     }
-    place = place * T(s) + w_[0];
-    q[0] = place.x() + c_.misalignment_x;
-    q[1] = place.y() + c_.misalignment_y;
-    q[2] = velocity.x();
-    q[3] = velocity.y();
+    for (int k = odd - 2; k > 0; k -= 2) {
+      place[1] = place[1] * T(square) + w_[k];
+      velocity[1] = velocity[1] * T(square) + w_[k] * T(k);
+    }
+    const Planar<T> there = w_[0] + place[1] * T(s) + place[0] * T(square),
+                    rate = velocity[1] + velocity[0] * T(s);
+    q[0] = there.x() + c_.misalignment_x;
+    q[1] = there.y() + c_.misalignment_y;
+    q[2] = rate.x();
+    q[3] = rate.y();
   }
   /// Squared distance less 1, and its rate.
   struct Gap {
@@ -147,18 +161,29 @@ class BasicTaylor {
   };
   Passage passage(double h, bool contact) const {
     const double sign = contact ? 1.0 : -1.0;
-    const int blocks = std::clamp(static_cast<int>(std::ceil(h / (block * sample_spacing))), 1, 16);
+    const int blocks = std::clamp(static_cast<int>(std::ceil(h / (block * sample_spacing))), 1, most_blocks);
+    const double spacing = h / (block * blocks);
     Passage found;
     double before = 0.0;
     Gap last = {valueOf(squares_[0]) - 1.0, valueOf(squares_[1])};
     for (int b = 0; b < blocks; ++b) {
       double at[block], value[block], rate[block];
-      for (int i = 0; i < block; ++i) at[i] = h * (block * b + i + 1) / (block * blocks);
+      for (int i = 0; i < block; ++i) at[i] = spacing * (block * b + i + 1);
       gaps(at, value, rate);
+      if (contact && staysDeep(last, value, rate, spacing)) {
+        for (const double v : value) found.largest = std::max(found.largest, v);
+        before = at[block - 1];
+        last = {value[block - 1], rate[block - 1]};
+        continue;
+      }
       for (int i = 0; i < block; ++i) {
         const double s = at[i];
         double low = before, high = s;
         bool ends = sign * value[i] < -round_off;
+        double guess = -1.0;
+        // a flight shorter than a sample begins at the other root, away from the one that ends it
+        if (ends && sign * last.rate < 0.0 && sign * rate[i] < 0.0)
+          guess = crossing(last, {value[i], rate[i]}, low, high);
         // The gap turns between the samples: where it is convex it stays above its two tangents.
         if (!ends && sign * last.rate < 0.0 && sign * rate[i] > 0.0 &&
             (!contact || tangentsMeet(last, {value[i], rate[i]}, s - before) < 0.0)) {
@@ -169,7 +194,7 @@ class BasicTaylor {
           if (!ends && !contact) found.turning = std::max(found.turning, extreme);
         }
         if (ends) {
-          found.event = polished(root(low, high, sign), h);
+          found.event = polished(root(low, high, guess, sign), h);
           if (found.event > 0.0) return found;
           found.event = -1.0;  // on the wrong side from the start, by round-off: stay in the mode
         }
@@ -187,26 +212,43 @@ class BasicTaylor {
   static constexpr double sample_spacing = 0.15;
   /// Just behind an event the gap is 0 within this.
   static constexpr double round_off = 1e-14;
+  /// Newton's last step: what it leaves is of the size of its square.
+  static constexpr double settled = 1e-9;
+  /// By so much round-off may put a root to the wrong side of a place next to it.
+  static constexpr double at_root = 1e-12;
 
-  /// Gap less 1 and its rate at a block of points: their sums do not wait for each other.
-  static constexpr int block = 4;
+  /// Samples whose sums do not wait for each other.
+  static constexpr int block = 8, most_blocks = 8;
+  /// Gap and its rate at a block of samples.
   void gaps(const double* at, double* value, double* rate) const {
     typedef double Two __attribute__((vector_size(16)));
-    const Two s0 = {at[0], at[1]}, s1 = {at[2], at[3]};
-    Two g0 = s0 * 0.0 + valueOf(squares_[order_]), g1 = g0, r0 = s0 * 0.0, r1 = r0;
+    constexpr int pairs = block / 2;
+    Two s[pairs], g[pairs], r[pairs];
+    for (int i = 0; i < pairs; ++i) {
+      s[i] = Two{at[2 * i], at[2 * i + 1]};
+      r[i] = Two{0.0, 0.0};
+      g[i] = r[i] + valueOf(squares_[order_]);
+    }
     for (int k = order_ - 1; k >= 0; --k) {
       const double c = valueOf(squares_[k]);
-      r0 = r0 * s0 + g0;
-      r1 = r1 * s1 + g1;
-      g0 = g0 * s0 + c;
-      g1 = g1 * s1 + c;
+      for (int i = 0; i < pairs; ++i) {
+        r[i] = r[i] * s[i] + g[i];
+        g[i] = g[i] * s[i] + c;
+      }
     }
-    for (int i = 0; i < 2; ++i) {
-      value[i] = g0[i] - 1.0;
-      value[2 + i] = g1[i] - 1.0;
-      rate[i] = r0[i];
-      rate[2 + i] = r1[i];
+    for (int i = 0; i < block; ++i) {
+      value[i] = g[i / 2][i % 2] - 1.0;
+      rate[i] = r[i / 2][i % 2];
     }
+  }
+  /// Whether the gap is too large for its rate to reach 0 between samples, by the tangents there.
+  static bool staysDeep(const Gap& last, const double* value, const double* rate, double spacing) {
+    double least = last.value, fastest = std::abs(last.rate);
+    for (int i = 0; i < block; ++i) {
+      least = std::min(least, value[i]);
+      fastest = std::max(fastest, std::abs(rate[i]));
+    }
+    return least > fastest * spacing;
   }
 
   static double reciprocal(int k) {
@@ -219,45 +261,66 @@ class BasicTaylor {
     return table.value[k];
   }
 
+  static T sum(const Planar<T>& both) { return both.x() + both.y(); }
+
+  /// Root and quotient of a further order. What the last order gave comes last into each sum, so that the
+  /// others do not wait for it; r_0 e_0 = w_0 makes (w_0 w_k) / r_0 of w_k's share of the square.
+  void nextDirection(int k, const T& inverse, const Planar<T>& first) {
+    const T square = squareRest(k), along = sum(direction_[0] * w_[k]);
+    squares_[k] = square + along * (radius_[0] * 2.0);
+    T root = (square - rootRest(k)) * (inverse * 0.5) + along;
+    Planar<T> quotient = (w_[k] - quotientRest(k)) * inverse;
+    if (k > 1) {
+      const T second = radius_[1] * inverse;
+      if (k > 2) root = root - radius_[k - 1] * second;
+      quotient = quotient - direction_[k - 1] * second;
+    }
+    radius_[k] = root;
+    direction_[k] = quotient - first * root;
+  }
+
   // Each sum below is kept in two parts, whose additions do not wait for each other.
-  T squareAt(int k) const {
+  T squareAt(int k) const { return k == 0 ? sum(w_[0] * w_[0]) : squareRest(k) + sum(w_[0] * w_[k]) * 2.0; }
+  /// sum_(j=1..k-1) w_j w_(k-j)
+  T squareRest(int k) const {
     Planar<T> even = {T(0.0), T(0.0)}, odd = even;
-    int j = 0;
-    for (; 2 * (j + 1) < k; j += 2) {
+    int j = (k - 1) / 2;
+    for (; j > 1; j -= 2) {
       even = even + w_[j] * w_[k - j];
-      odd = odd + w_[j + 1] * w_[k - j - 1];
+      odd = odd + w_[j - 1] * w_[k - j + 1];
     }
-    if (2 * j < k) even = even + w_[j] * w_[k - j];
-    Planar<T> sum = (even + odd) * T(2.0);
-    if (k % 2 == 0) sum = sum + w_[k / 2] * w_[k / 2];
-    return sum.x() + sum.y();
+    if (j == 1) even = even + w_[1] * w_[k - 1];
+    Planar<T> all = (even + odd) * T(2.0);
+    if (k % 2 == 0) all = all + w_[k / 2] * w_[k / 2];
+    return sum(all);
   }
-  /// sum_(j=1..k-1) r_j r_(k-j)
-  T rootSum(int k) const {
+  /// sum_(j=2..k-2) r_j r_(k-j); of order 2 all of it
+  T rootRest(int k) const {
+    if (k == 2) return radius_[1] * radius_[1];
     T even = T(0.0), odd = T(0.0);
-    int j = 1;
-    for (; 2 * (j + 1) < k; j += 2) {
+    int j = (k - 1) / 2;
+    for (; j > 2; j -= 2) {
       even = even + radius_[j] * radius_[k - j];
-      odd = odd + radius_[j + 1] * radius_[k - j - 1];
+      odd = odd + radius_[j - 1] * radius_[k - j + 1];
     }
-    if (2 * j < k) even = even + radius_[j] * radius_[k - j];
-    const T sum = (even + odd) * 2.0;
-    return k % 2 == 0 ? sum + radius_[k / 2] * radius_[k / 2] : sum;
+    if (j == 2) even = even + radius_[2] * radius_[k - 2];
+    const T all = (even + odd) * 2.0;
+    return k % 2 == 0 ? all + radius_[k / 2] * radius_[k / 2] : all;
   }
-  /// sum_(j=1..k) r_j e_(k-j)
-  Planar<T> quotientSum(int k) const {
+  /// sum_(j=2..k-1) r_j e_(k-j)
+  Planar<T> quotientRest(int k) const {
     Planar<T> even = {T(0.0), T(0.0)}, odd = even;
-    int j = 1;
-    for (; j < k; j += 2) {
+    int j = 2;
+    for (; j + 1 < k; j += 2) {
       even = even + direction_[k - j] * radius_[j];
       odd = odd + direction_[k - j - 1] * radius_[j + 1];
     }
-    if (j == k) even = even + direction_[0] * radius_[k];
+    if (j < k) even = even + direction_[k - j] * radius_[j];
     return even + odd;
   }
 
   double step() const {
-    double h = 1e3;
+    double exponent = 10.0;
     for (int k = order_ - 1; k <= order_; ++k) {
       const T x = w_[k].x(), y = w_[k].y();
       const double value = std::max(std::abs(valueOf(x)), std::abs(valueOf(y)));
@@ -266,12 +329,15 @@ class BasicTaylor {
       // the gap is a product: its terms are the larger ones (by 2^k in flight), and events are its roots
       const double size = std::max({value, slope, std::abs(valueOf(squares_[k]))});
       if (!std::isfinite(size)) return 0.0;
-      // single precision does: a step need not be known better
-      if (size > 0.0)
-        h = std::min(
-            h, double(std::exp(std::log(static_cast<float>(tolerance_ / size)) / static_cast<float>(k))));
+      if (size > 0.0) exponent = std::min(exponent, roughLog2(tolerance_ / size) * reciprocal(k));
     }
-    return h;
+    return std::exp2(static_cast<float>(exponent));
+  }
+  /// Within 0.09, from a number's own exponent and mantissa: 1 % of a step of any order.
+  static double roughLog2(double value) {
+    std::int64_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return static_cast<double>(bits) * 0x1p-52 - 1023.0;
   }
 
   /// Value at which the tangents at two samples meet.
@@ -300,15 +366,22 @@ class BasicTaylor {
     return s;
   }
 
-  /// Root of the gap between low (on the mode's side) and high (behind it): Newton, kept inside by bisection.
-  double root(double low, double high, double sign) const {
-    double s = 0.5 * (low + high);
+  /// Where the gap is 0 between two samples of different sign: the cubic polynomial of the place by the gap.
+  static double crossing(const Gap& left, const Gap& right, double low, double high) {
+    const double rise = right.value - left.value, u = -left.value / rise, v = 1.0 - u, length = high - low;
+    return low + u * u * (3.0 - 2.0 * u) * length + u * v * rise * (v / left.rate - u / right.rate);
+  }
+
+  /// Root of the gap between low (on the mode's side) and high (behind it): Newton, kept inside by bisection,
+  /// from a guess or from the middle.
+  double root(double low, double high, double guess, double sign) const {
+    double s = guess > low && guess < high ? guess : 0.5 * (low + high);
     for (int i = 0; i < 80; ++i) {
       const Gap g = gap(s);
       (sign * g.value > 0.0 ? low : high) = s;
       double next = s - g.value / g.rate;
+      if (std::abs(next - s) < settled && next > low - at_root && next < high + at_root) return next;
       if (!(next > low && next < high)) next = 0.5 * (low + high);
-      if (std::abs(next - s) <= 2e-16 * std::max(1.0, s)) return next;
       s = next;
     }
     return s;
@@ -325,6 +398,7 @@ class BasicTaylor {
       // at a grazing touch the rate vanishes and the root stays where it was
       if (!(std::abs(correction) < 0.01 * h) || !(s - correction > 0.0)) break;
       s -= correction;
+      if (std::abs(correction) < settled) break;
     }
     return s;
   }

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/numeric/odeint.hpp>
 #include <cmath>
@@ -87,6 +88,50 @@ TEST(BasicTaylor, EventsLieOnTheClearance) {
     was = contact;
   });
   EXPECT_GE(events, 20);
+}
+
+/// Its flights get shorter from bounce to bounce, until it stays in contact.
+BasicParameters<double> settling() {
+  BasicParameters<double> p;
+  p.frequency_ratio = 1.05;
+  return p;
+}
+
+TEST(BasicTaylor, AFlightShorterThanASampleEndsWhereItTouches) {
+  // it begins at a root of the gap, too, which is not the one that ends it
+  BasicOrbitOptions options;
+  int touched = 0;
+  for (int i = 1; i <= 60; ++i) {
+    // turned, so that round-off leaves gaps of either sign
+    const double inwards = 5e-4 * i, around = 1.3, c = std::cos(0.1 * i), d = std::sin(0.1 * i);
+    bool was = true;
+    double lifted = 0.0;
+    const BasicOrbit orbit =
+        advanceBasic(settling(), {c, d, -inwards * c - around * d, around * c - inwards * d}, 1, options,
+                     [&](double phase, const BasicState<double>& s, bool contact) {
+                       const double gap = std::hypot(s.x, s.y) - 1.0;
+                       if (contact == was)
+                         EXPECT_GT(contact ? gap : -gap, -1e-13) << inwards << " at " << phase;
+                       if (contact && !was && phase - lifted < 0.1) ++touched;
+                       if (!contact && was) lifted = phase;
+                       was = contact;
+                     });
+    EXPECT_TRUE(orbit.finite);
+    EXPECT_LT(orbit.steps, 100);
+  }
+  EXPECT_GT(touched, 50) << "the test is about flights shorter than the distance of samples";
+}
+
+TEST(BasicTaylor, ARubThatSettlesIsAsAccurateAsItsTolerance) {
+  BasicOrbitOptions options;
+  options.tolerance = 5e-14;
+  const BasicOrbit truth = advanceBasic(settling(), {1.0, 0.0, 0.0, 0.0}, 300, options);
+  for (double tolerance : {1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
+    options.tolerance = tolerance;
+    // what bounces multiply is damped where it stays in contact
+    EXPECT_LT(distance(advanceBasic(settling(), {1.0, 0.0, 0.0, 0.0}, 300, options).end, truth.end),
+              100.0 * tolerance);
+  }
 }
 
 TEST(BasicTaylor, AGrazingTouchIsSeenInsideAStepAndAMissIsNone) {
