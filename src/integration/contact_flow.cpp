@@ -48,7 +48,6 @@ ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, co
   last_u_ = evaluated_ = u_;
   pushed_.setZero(flow.inputs() - end_inputs);
   before_ = w_;
-  guards_.setZero(points * ends);
   const AlignedMatrix& c = flow.outputMatrix();
   const int zeros = size - 2 * modes;
   speed_weight_.setZero(ends, modes);
@@ -337,7 +336,10 @@ bool ContactFlow::findEvent(double time, double h, const double* s, const int* m
   const double* x = LinearFlow::abscissae();
   double unused[2];
   const auto guardAt = [&](int i, int e) {
-    return mode[e] != 0 && i < points ? guards_[i * ends + e] : guard(e, &w_[i * rows], mode[e], unused);
+    if (mode[e] != 0 && i < points) return nodes_.guard[e * points + i];
+    double w[rows];
+    for (int o = per_end * e; o < per_end * (e + 1); ++o) w[o] = w_[rowOf(o, i)];
+    return guard(e, w, mode[e], unused);
   };
   for (int i = 0; i <= points; ++i) {
     for (int e = 0; e < ends; ++e) {
@@ -442,7 +444,7 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
       if (change.high > 1e-13) {
         const LinearFlow::Table* const part = toEvent(time, s, mode, change);
         if (part == nullptr) return IntegrationStatus::step_too_small;
-        take(*part, mode, s);
+        take(*part, s);
         time += part->h;
         ++statistics_.steps;
       }
@@ -450,7 +452,7 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
       changed(change.end);
       continue;
     }
-    take(table, mode, s);
+    take(table, s);
     phase_ = phaseAt(time).turned(turnOf(table), points, h);
     time = phase_.time = last ? length : time + h;
     ++statistics_.steps;

@@ -112,17 +112,21 @@ void LinearFlow::build(double h, Table& table) const {
   table.forced.setZero();
   table.forced_end.setZero();
   const auto forced = [&](int point, int at, int output, int count) {
-    double* first = point < flow_nodes ? &table.forced(point * rows + output, at) : &table.forced_end(output, at);
-    return Eigen::Map<Eigen::VectorXd>(first, count);
+    const bool end = point == flow_nodes;
+    double* first = end ? &table.forced_end(output, at) : &table.forced(row(output, point), at);
+    return Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<>>(first, count,
+                                                                Eigen::InnerStride<>(end ? 1 : flow_nodes));
   };
   for (int point = 0; point <= flow_nodes; ++point) {
     const double x = point < flow_nodes ? gauss_rule.x[point] : 1.0, t = x * h;
-    const int first = point * rows;
+    const auto free = [&](int output) {
+      return point < flow_nodes ? row(output, point) : flow_nodes * rows + output;
+    };
     for (int k = 0; k < n; ++k) {
       const std::complex<double> e = std::exp(lambda_[k] * t);
       for (int o = 0; o < rows; ++o) {
-        table.free(first + o, k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
-        table.free(first + o, n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
+        table.free(free(o), k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
+        table.free(free(o), n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
       }
       if (point == flow_nodes) {
         table.real[k] = e.real();
@@ -152,7 +156,8 @@ void LinearFlow::build(double h, Table& table) const {
     }
     if (zeros_ == 0) continue;
     // int (1 + J (t - r)) (r/h)^p dr
-    table.free.block(point * rows, 2 * n, rows, zeros_) = c_.rightCols(zeros_) + t * later_seen_;
+    for (int o = 0; o < rows; ++o)
+      table.free.row(free(o)).tail(zeros_) = c_.row(o).tail(zeros_) + t * later_seen_.row(o);
     for (int j = 0; j < flow_nodes; ++j) {
       double once = 0.0, twice = 0.0, power = t;
       for (int p = 0; p < flow_nodes; ++p, power *= x) {

@@ -25,6 +25,7 @@
 #include <functional>
 #include <vector>
 
+#include "amb_rotor/integration/contact_newton.hpp"
 #include "amb_rotor/integration/event_integrator.hpp"
 #include "amb_rotor/integration/linear_flow.hpp"
 
@@ -41,6 +42,9 @@ class EndContacts {
   };
   /// Force on the system at an end that carries, and its guard: positive while it goes on carrying [m].
   virtual double force(int end, const double* w, double* u, Normal& normal) const = 0;
+  /// The same at all nodes of a step, for ends that follow each other: w by LinearFlow::row(), u by its
+  /// column(), from those of the first of these ends on.
+  virtual void forces(int first, int count, const double* w, double* u, ContactNodes& nodes) const;
 };
 
 class ContactFlow {
@@ -84,7 +88,10 @@ class ContactFlow {
  private:
   static constexpr int points = LinearFlow::nodes;
   static constexpr int levels = 14, per_end = 4, rows = per_end * ends, end_inputs = 2 * ends;
-  using Outputs = Eigen::Matrix<double, rows, 1>;
+  /// Row of an output at a node or, as the last point, at the end of a step.
+  static constexpr int rowOf(int output, int point) {
+    return point < points ? LinearFlow::row(output, point) : points * rows + output;
+  }
 
   const LinearFlow::Table& ladder(int level);
   void keptUp(double time, double* w) const;       ///< outputs of the drive
@@ -96,8 +103,9 @@ class ContactFlow {
   double threshold() const { return 0.1 * options_.tolerance * options_.length_scale; }
   bool flight(double& time, double length, double* s, const int* mode, int& end);
   void pushAtNodes(const LinearFlow::Table& table, double time);
-  void guess(const LinearFlow::Table& table, const int* mode);
-  void pushRows(const AlignedMatrix& forced, int first_row, const int* mode);
+  void guess(const LinearFlow::Table& table);
+  void pushRows(const AlignedMatrix& forced, int first_row);
+  void addOfEnds(const AlignedMatrix& a, double* y) const;
   struct Turn {
     double h = -1.0;
     double cosine[points + 1], sine[points + 1], decay[points + 1];
@@ -116,15 +124,10 @@ class ContactFlow {
   const Phase& exactPhase(double time) const;
   const Phase& phaseAt(double time);
   void weighGuess(double begin, double stretch);
-  void evaluate();
   bool stillFits(const LinearFlow::Table& table) const;
-  template <int count>
-  void linearise(const LinearFlow::Table& table);
-  template <int count>
-  void correct();
   bool solve(const LinearFlow::Table& table, double time, const double* s, const int* mode);
   double error(const LinearFlow::Table& table);
-  void take(const LinearFlow::Table& table, const int* mode, double* s);
+  void take(const LinearFlow::Table& table, double* s);
   double newton(int end, const double* w, double t, double g) const;
   /// Where in a step an end's guard becomes negative: between two looks (times into the step, and guards there).
   struct Change {
@@ -162,14 +165,14 @@ class ContactFlow {
   std::vector<int> growing_;            ///< modes
   static constexpr int kept_columns = 6;
   Eigen::Matrix<double, rows, kept_columns> kept_;  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2
-  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, guards_, pushed_, parts_;
-  static constexpr int most_unknowns = LinearFlow::nodes * ends;
-  EndContacts::Normal normal_[most_unknowns];                 ///< of the last evaluation, per node and end
-  double inverse_[most_unknowns][most_unknowns];              ///< of Newton's matrix, by columns
-  int unknown_[most_unknowns] = {}, unknowns_ = 0;            ///< node * ends + end
-  double made_h_ = -1.0;  ///< what the inverse was made of
-  int made_unknowns_ = 0, made_unknown_[most_unknowns] = {};
-  EndContacts::Normal made_normal_[most_unknowns];
+  Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, pushed_, parts_;
+  ContactNodes nodes_;  ///< of the last evaluation
+  const ContactKernels& kernels_ = contactKernels();
+  alignas(64) double inverse_[ContactNodes::most][ContactNodes::most];  ///< of Newton's matrix, by columns
+  int first_ = 0, carrying_ = 0;  ///< ends that carry follow each other from the first on
+  double made_h_ = -1.0;          ///< what the inverse was made of
+  int made_first_ = 0, made_carrying_ = 0;
+  ContactNodes made_;
   double contraction_ = 1.0,
          contraction_h_ = 0.0;  ///< of one pass, as last measured, and the step it belongs to
   int since_measured_ = 0;

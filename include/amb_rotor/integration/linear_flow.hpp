@@ -70,15 +70,17 @@ class LinearFlow {
   struct Table {
     double h = -1.0;
     Eigen::VectorXd real, imaginary;  ///< exp(lambda h)
-    AlignedMatrix free;      ///< outputs at nodes, then at the end, from s: (nodes + 1) outputs x size
+    AlignedMatrix free;  ///< outputs at nodes (row()), then at the end, from s: (nodes + 1) outputs x size
     AlignedMatrix forced;    ///< the same from u, at nodes: nodes outputs x inputs nodes
     AlignedMatrix forced_end;  ///< at the end: outputs x inputs nodes
     AlignedMatrix response;  ///< s at the end from u: size x inputs nodes
     AlignedMatrix parts;     ///< outputs at the end from parts of u, 3 outputs x inputs nodes: from its highest Legendre
                                ///< polynomial, from its mean, and from that polynomial's coefficient as if it were constant
   };
-  /// Column of u for an input at a node: inputs in pairs (one end's x, y), node by node.
-  static int column(int input, int node) { return (input / 2 * nodes + node) * 2 + input % 2; }
+  /// Column of u for an input at a node, and row of an output at a node: node by node of one, then of the
+  /// next.
+  static constexpr int column(int input, int node) { return input * nodes + node; }
+  static constexpr int row(int output, int node) { return output * nodes + node; }
   Table emptyTable() const;
   void build(double h, Table& table) const;
 
