@@ -26,6 +26,11 @@ bool allFinite(const double* s, int size) {
   return sum[0] + sum[1] + sum[2] + sum[3] == 0.0;
 }
 
+/// Whether a guard is the depth's and not the force's.
+bool ofDepth(double guard, double depth) {
+  return std::abs(std::abs(guard) - std::abs(depth)) <= 1e-6 * std::abs(depth) + 1e-18;
+}
+
 }  // namespace
 
 ContactFlow::ContactFlow(const LinearFlow& flow, const EndContacts& contacts, const Options& options)
@@ -323,22 +328,40 @@ void ContactFlow::drift(double t, double* s) const {
   for (int i = 0; i < zeros; ++i) z[i] += t * (drift_now_[i] + 0.5 * t * drift_later_[i]);
 }
 
+ContactFlow::Depth ContactFlow::depth(int end, const double* w) const {
+  const double* at = w + per_end * end;
+  const double distance = norm(at);
+  return {distance - options_.clearance, (at[0] * at[2] + at[1] * at[3]) / distance};
+}
+
 /// Root of a guard that is g at t, by the depth's rate where it is the depth that ends the mode.
 double ContactFlow::newton(int end, const double* w, double t, double g) const {
-  const double* at = w + per_end * end;
-  const double distance = std::sqrt(at[0] * at[0] + at[1] * at[1]), depth = distance - options_.clearance;
-  if (std::abs(std::abs(g) - std::abs(depth)) > 1e-6 * std::abs(depth) + 1e-18) return -1.0;
-  return t - depth * distance / (at[0] * at[2] + at[1] * at[3]);
+  const Depth now = depth(end, w);
+  return ofDepth(g, now.value) ? t - now.value / now.rate : -1.0;
+}
+
+/// Where to look first: by depths and rates where it is the depth that ends the mode (a cubic polynomial of
+/// the time by the depth), else on the guards' chord.
+double ContactFlow::Change::first() const {
+  const double length = high - low, rise = high_depth.value - low_depth.value, u = -low_depth.value / rise,
+               v = 1.0 - u;
+  const double t =
+      low + u * u * (3.0 - 2.0 * u) * length + u * v * rise * (v / low_depth.rate - u / high_depth.rate);
+  const bool usable = ofDepth(low_guard, low_depth.value) && ofDepth(high_guard, high_depth.value) &&
+                      low_depth.rate * rise > 0.0 && high_depth.rate * rise > 0.0 && t > low && t < high;
+  return usable ? t : low + length * low_guard / (low_guard - high_guard);
 }
 
 /// Looks at the nodes and the end; what was there before the first is asked only where it matters.
 bool ContactFlow::findEvent(double time, double h, const double* s, const int* mode, Change& change) {
   const double* x = LinearFlow::abscissae();
-  double unused[2];
+  double unused[2], w[rows];
+  const auto see = [&](int i, int e) {
+    for (int o = per_end * e; o < per_end * (e + 1); ++o) w[o] = w_[rowOf(o, i)];
+  };
   const auto guardAt = [&](int i, int e) {
     if (mode[e] != 0 && i < points) return nodes_.guard[e * points + i];
-    double w[rows];
-    for (int o = per_end * e; o < per_end * (e + 1); ++o) w[o] = w_[rowOf(o, i)];
+    see(i, e);
     return guard(e, w, mode[e], unused);
   };
   for (int i = 0; i <= points; ++i) {
@@ -347,16 +370,20 @@ bool ContactFlow::findEvent(double time, double h, const double* s, const int* m
       if (!(change.high_guard < -threshold())) continue;
       change.end = e;
       change.high = (i < points ? x[i] : 1.0) * h;
+      see(i, e);
+      change.high_depth = depth(e, w);
       if (i > 0) {
         change.low = x[i - 1] * h;
         change.low_guard = guardAt(i - 1, e);
+        see(i - 1, e);
       } else {
         double kept[rows];
-        outputs(s, start_w_.data());
+        outputs(s, w);
         keptUp(time, kept);
-        for (int o = 0; o < rows; ++o) start_w_[o] += kept[o];
-        change.low_guard = guard(e, start_w_.data(), mode[e], unused);
+        for (int o = 0; o < rows; ++o) w[o] += kept[o];
+        change.low_guard = guard(e, w, mode[e], unused);
       }
+      change.low_depth = depth(e, w);
       change.low_guard = std::max(0.0, change.low_guard);
       return true;
     }
@@ -370,7 +397,7 @@ const LinearFlow::Table* ContactFlow::toEvent(double time, const double* s, cons
   const auto between = [&] {
     return change.low + (change.high - change.low) * change.low_guard / (change.low_guard - change.high_guard);
   };
-  double t = between();
+  double t = change.first();
   const LinearFlow::Table* part = nullptr;
   for (int pass = 0; pass < 30; ++pass) {
     if (!(t > 0.0)) t = 0.5 * change.high;

@@ -128,11 +128,18 @@ class ContactFlow {
   bool solve(const LinearFlow::Table& table, double time, const double* s, const int* mode);
   double error(const LinearFlow::Table& table);
   void take(const LinearFlow::Table& table, double* s);
+  /// An end's depth and its rate.
+  struct Depth {
+    double value = 0.0, rate = 0.0;
+  };
+  Depth depth(int end, const double* w) const;
   double newton(int end, const double* w, double t, double g) const;
   /// Where in a step an end's guard becomes negative: between two looks (times into the step, and guards there).
   struct Change {
     int end = -1;
     double low = 0.0, low_guard = 0.0, high = 0.0, high_guard = 0.0;
+    Depth low_depth, high_depth;
+    double first() const;
   };
   bool findEvent(double time, double h, const double* s, const int* mode, Change& change);
   const LinearFlow::Table* toEvent(double time, const double* s, const int* mode, Change change);
