@@ -93,6 +93,7 @@ void ContactFlow::setDrive(const Drive& drive) {
 
 void ContactFlow::begin(double angle, const double* held, const double* excess, const Pushes* pushes) {
   angle_ = angle;
+  ++interval_;
   phase_.time = exact_.time = -1.0;
   pushes_ = pushes;
   if (pushes == nullptr) u_.tail((flow_.inputs() - end_inputs) * points).setZero();
@@ -360,7 +361,7 @@ bool ContactFlow::findEvent(double time, double h, const double* s, const int* m
     for (int o = per_end * e; o < per_end * (e + 1); ++o) w[o] = w_[rowOf(o, i)];
   };
   const auto guardAt = [&](int i, int e) {
-    if (mode[e] != 0 && i < points) return nodes_.guard[e * points + i];
+    if (mode[e] != 0 && i < points) return nodes_->guard[e * points + i];
     see(i, e);
     return guard(e, w, mode[e], unused);
   };
@@ -424,6 +425,7 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
   const auto changed = [&](int end) {
     mode[end] = 1 - mode[end];
     last_h_ = 0.0;
+    last_ended_ = false;
     if (mode[end] != 0) {
       level_ = first_level_;
       fresh_ = true;
@@ -485,6 +487,8 @@ IntegrationStatus ContactFlow::advance(double length, double* s, int* mode, cons
     ++statistics_.steps;
     if (fresh_) first_level_ = level_;
     fresh_ = false;
+    earlier_h_ = last_ended_ ? last_h_ : 0.0;
+    for (int i = 0; i < end_inputs; ++i) earlier_u_[i] = last_u_[LinearFlow::column(i, points - 1)];
     last_h_ = h;
     last_u_ = u_;
     last_ended_ = true;

@@ -51,28 +51,41 @@ void ContactFlow::pushAtNodes(const LinearFlow::Table& table, double time) {
   free_.tail<rows>().noalias() += table.forced_end.rightCols(others * points) * u_.tail(others * points);
 }
 
-/// The last step's polynomial at this one's nodes: kept, as steps of a length follow each other.
-void ContactFlow::weighGuess(double begin, double stretch) {
-  if (begin == guess_begin_ && stretch == guess_stretch_) return;
+/// The last step's polynomial at this one's nodes, with the last node of the step before where one was taken:
+/// kept, as steps of a length follow each other.
+void ContactFlow::weighGuess(double begin, double stretch, double earlier) {
+  if (begin == guess_begin_ && stretch == guess_stretch_ && earlier == guess_earlier_) return;
   guess_begin_ = begin;
   guess_stretch_ = stretch;
+  guess_earlier_ = earlier;
+  const double* x = LinearFlow::abscissae();
+  const double before = earlier > 0.0 ? (x[points - 1] - 1.0) * earlier : 0.0;
+  double beside = 1.0;
+  for (int j = 0; j < points; ++j) beside *= before - x[j];
   for (int i = 0; i < points; ++i) {
-    double weight[points];
-    LinearFlow::interpolation(begin + LinearFlow::abscissae()[i] * stretch, weight);
-    for (int j = 0; j < points; ++j) guess_weight_[j][i] = weight[j];
+    const double to = begin + x[i] * stretch;
+    double weight[points], product = 1.0;
+    LinearFlow::interpolation(to, weight);
+    for (int j = 0; j < points; ++j) {
+      guess_weight_[j][i] = earlier > 0.0 ? weight[j] * (to - before) / (x[j] - before) : weight[j];
+      product *= to - x[j];
+    }
+    guess_weight_[points][i] = earlier > 0.0 ? product / beside : 0.0;
   }
 }
 
 void ContactFlow::guess(const LinearFlow::Table& table) {
   u_.head(end_inputs * points).setZero();
   if (carrying_ == 0) return;
-  if (last_h_ <= 0.0) return contacts_.forces(first_, carrying_, free_.data(), u_.data(), nodes_);
-  weighGuess((last_ended_ ? 1.0 : 0.0), table.h / last_h_);
+  if (last_h_ <= 0.0) return contacts_.forces(first_, carrying_, free_.data(), u_.data(), *nodes_);
+  weighGuess(last_ended_ ? 1.0 : 0.0, table.h / last_h_, last_ended_ ? earlier_h_ / last_h_ : 0.0);
   for (int input = 2 * first_; input < 2 * (first_ + carrying_); ++input) {
     const double* last = &last_u_[LinearFlow::column(input, 0)];
-    double* u = &u_[LinearFlow::column(input, 0)];
+    double sum[points];
+    for (int i = 0; i < points; ++i) sum[i] = guess_weight_[points][i] * earlier_u_[input];
     for (int j = 0; j < points; ++j)
-      for (int i = 0; i < points; ++i) u[i] += guess_weight_[j][i] * last[j];
+      for (int i = 0; i < points; ++i) sum[i] += guess_weight_[j][i] * last[j];
+    std::copy_n(sum, points, &u_[LinearFlow::column(input, 0)]);
   }
 }
 
@@ -94,8 +107,16 @@ void ContactFlow::addOfEnds(const AlignedMatrix& a, double* y) const {
 /// over and over.
 const ContactFlow::Turn& ContactFlow::turnOf(const LinearFlow::Table& table) {
   Turn& turn = turn_[&table - table_];
-  if (turn.h == table.h) return turn;
+  const bool known = turn.h == table.h;
+  if (known && turn.interval == interval_) return turn;
   const double* x = LinearFlow::abscissae();
+  for (int i = 0; i <= points; ++i) {
+    const double t = (i < points ? x[i] : 1.0) * table.h;
+    for (int o = 0; o < rows; ++o)
+      turn.resting[rowOf(o, i)] = kept_(o, 0) + t * (kept_(o, 4) + t * kept_(o, 5));
+  }
+  turn.interval = interval_;
+  if (known) return turn;
   turn.h = table.h;
   for (int i = 0; i <= points; ++i) {
     const double t = (i < points ? x[i] : 1.0) * table.h;
@@ -110,19 +131,15 @@ const ContactFlow::Turn& ContactFlow::turnOf(const LinearFlow::Table& table) {
 }
 
 bool ContactFlow::solve(const LinearFlow::Table& table, double time, const double* s, const int* mode) {
-  const double* x = LinearFlow::abscissae();
-  product(table.free.data(), table.free.rows(), flow_.size(), s, free_.data(), false);
   const Turn& turn = turnOf(table);
   const Phase& begun = phaseAt(time);
   const double angle[] = {begun.cosine, begun.sine};
+  free_ = turn.resting;
+  product(table.free.data(), table.free.rows(), flow_.size(), s, free_.data(), true);
   product(turn.by_angle.data(), turn.by_angle.rows(), 2, angle, free_.data(), true);
-  for (int i = 0; i <= points; ++i) {
+  for (int i = 0; i <= points && begun.decay > 0.0; ++i) {
     const double decay = begun.decay * turn.decay[i];
-    for (int o = 0; o < rows; ++o) free_[rowOf(o, i)] += kept_(o, 0) + decay * kept_(o, 3);
-  }
-  for (int i = 0; i <= points && drift_now_.size() > 0; ++i) {
-    const double t = (i < points ? x[i] : 1.0) * table.h;
-    for (int o = 0; o < rows; ++o) free_[rowOf(o, i)] += t * (kept_(o, 4) + t * kept_(o, 5));
+    for (int o = 0; o < rows; ++o) free_[rowOf(o, i)] += decay * kept_(o, 3);
   }
   if (pushes_ != nullptr) pushAtNodes(table, time);
   carrying_ = mode[0] + mode[1];
@@ -153,16 +170,17 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
     }
     previous = change;
     if (carrying_ == 0) continue;
-    contacts_.forces(first_, carrying_, w_.data(), evaluated_.data(), nodes_);
+    if (nodes_ == made_) nodes_ = &evaluations_[nodes_ == &evaluations_[0] ? 1 : 0];
+    contacts_.forces(first_, carrying_, w_.data(), evaluated_.data(), *nodes_);
     statistics_.evaluations += carrying_ * points;
     if (pass == 0 && !stillFits(table)) {
-      kernels_.linearise(first_, carrying_, table.forced.data(), nodes_, evaluated_.data(), inverse_);
+      kernels_.linearise(first_, carrying_, table.forced.data(), *nodes_, evaluated_.data(), inverse_);
       made_h_ = table.h;
       made_first_ = first_;
       made_carrying_ = carrying_;
       made_ = nodes_;
     }
-    kernels_.correct(first_, carrying_, nodes_, evaluated_.data(), inverse_, u_.data());
+    kernels_.correct(first_, carrying_, *nodes_, evaluated_.data(), inverse_, u_.data());
   }
   return false;
 }
@@ -171,7 +189,7 @@ bool ContactFlow::solve(const LinearFlow::Table& table, double time, const doubl
 /// have changed by little (which the contraction that is measured tells of).
 bool ContactFlow::stillFits(const LinearFlow::Table& table) const {
   if (made_h_ != table.h || made_first_ != first_ || made_carrying_ != carrying_) return false;
-  const ContactNodes &now = nodes_, &then = made_;
+  const ContactNodes &now = *nodes_, &then = *made_;
   for (int k = first_ * points; k < (first_ + carrying_) * points; ++k)
     if (std::abs(now.slope[k] - then.slope[k]) > stale * then.slope[k] ||
         std::abs(now.damping[k] - then.damping[k]) > stale * then.damping[k] ||

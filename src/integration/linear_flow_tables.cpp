@@ -107,26 +107,30 @@ LinearFlow::Table LinearFlow::emptyTable() const {
 }
 
 void LinearFlow::build(double h, Table& table) const {
+  constexpr int points = flow_nodes + 1;  // the nodes, the end
   table.h = h;
   const int n = modes(), rows = outputs();
   table.forced.setZero();
   table.forced_end.setZero();
-  const auto forced = [&](int point, int at, int output, int count) {
-    const bool end = point == flow_nodes;
-    double* first = end ? &table.forced_end(output, at) : &table.forced(row(output, point), at);
-    return Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<>>(first, count,
-                                                                Eigen::InnerStride<>(end ? 1 : flow_nodes));
+  const auto abscissa = [](int point) { return point < flow_nodes ? gauss_rule.x[point] : 1.0; };
+  const auto free = [&](int output, int point) {
+    return point < flow_nodes ? row(output, point) : flow_nodes * rows + output;
   };
-  for (int point = 0; point <= flow_nodes; ++point) {
-    const double x = point < flow_nodes ? gauss_rule.x[point] : 1.0, t = x * h;
-    const auto free = [&](int output) {
-      return point < flow_nodes ? row(output, point) : flow_nodes * rows + output;
-    };
-    for (int k = 0; k < n; ++k) {
-      const std::complex<double> e = std::exp(lambda_[k] * t);
+  // adds to an output's rows for an input at a node
+  const auto push = [&](int output, int at, const double* first, double by_first, const double* second,
+                        double by_second) {
+    double* to = &table.forced(row(output, 0), at);
+    for (int i = 0; i < flow_nodes; ++i) to[i] += first[i] * by_first + second[i] * by_second;
+    table.forced_end(output, at) += first[flow_nodes] * by_first + second[flow_nodes] * by_second;
+  };
+  for (int k = 0; k < n; ++k) {
+    double real[flow_nodes][points], imaginary[flow_nodes][points];  // of a force at a node, at a point
+    for (int point = 0; point < points; ++point) {
+      const double x = abscissa(point);
+      const std::complex<double> e = std::exp(lambda_[k] * (x * h));
       for (int o = 0; o < rows; ++o) {
-        table.free(free(o), k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
-        table.free(free(o), n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
+        table.free(free(o, point), k) = c_(o, k) * e.real() + c_(o, n + k) * e.imag();
+        table.free(free(o, point), n + k) = -c_(o, k) * e.imag() + c_(o, n + k) * e.real();
       }
       if (point == flow_nodes) {
         table.real[k] = e.real();
@@ -140,37 +144,48 @@ void LinearFlow::build(double h, Table& table) const {
           re += gauss_rule.lagrange[j][p] * power[p].real();
           im += gauss_rule.lagrange[j][p] * power[p].imag();
         }
-        for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
-          const Transfer& q = transfer_[at];
-          const int by = k * inputs() + q.input;
-          forced(point, column(q.input, j), q.output, q.outputs) +=
-              re * carried_real_.col(by).segment(q.output, q.outputs) - im * carried_imaginary_.col(by).segment(q.output, q.outputs);
-        }
-        if (point < flow_nodes) continue;
-        for (int i = 0; i < inputs(); ++i) {
-          const int at = column(i, j);
-          table.response(k, at) = re * b_(k, i) - im * b_(n + k, i);
-          table.response(n + k, at) = re * b_(n + k, i) + im * b_(k, i);
-        }
+        real[j][point] = re;
+        imaginary[j][point] = im;
       }
     }
-    if (zeros_ == 0) continue;
-    // int (1 + J (t - r)) (r/h)^p dr
-    for (int o = 0; o < rows; ++o)
-      table.free.row(free(o)).tail(zeros_) = c_.row(o).tail(zeros_) + t * later_seen_.row(o);
-    for (int j = 0; j < flow_nodes; ++j) {
-      double once = 0.0, twice = 0.0, power = t;
-      for (int p = 0; p < flow_nodes; ++p, power *= x) {
-        once += gauss_rule.lagrange[j][p] * power / (p + 1);
-        twice += gauss_rule.lagrange[j][p] * power * t / ((p + 1) * (p + 2));
-      }
-      for (int i = 0; i < inputs(); ++i) {
+    for (int at = transfer_begin_[k]; at < transfer_begin_[k + 1]; ++at) {
+      const Transfer& q = transfer_[at];
+      const int by = k * inputs() + q.input;
+      for (int o = q.output; o < q.output + q.outputs; ++o)
+        for (int j = 0; j < flow_nodes; ++j)
+          push(o, column(q.input, j), real[j], carried_real_(o, by), imaginary[j],
+               -carried_imaginary_(o, by));
+    }
+    for (int i = 0; i < inputs(); ++i)
+      for (int j = 0; j < flow_nodes; ++j) {
         const int at = column(i, j);
-        forced(point, at, 0, rows) += once * drifts_.col(i) + twice * later_drifts_.col(i);
-        if (point == flow_nodes)
-          table.response.col(at).tail(zeros_) = once * b_.col(i).tail(zeros_) + twice * later_pushed_.col(i);
+        const double re = real[j][flow_nodes], im = imaginary[j][flow_nodes];
+        table.response(k, at) = re * b_(k, i) - im * b_(n + k, i);
+        table.response(n + k, at) = re * b_(n + k, i) + im * b_(k, i);
+      }
+  }
+  if (zeros_ > 0) {
+    // int (1 + J (t - r)) (r/h)^p dr
+    double once[flow_nodes][points] = {}, twice[flow_nodes][points] = {};
+    for (int point = 0; point < points; ++point) {
+      const double x = abscissa(point), t = x * h;
+      for (int o = 0; o < rows; ++o)
+        table.free.row(free(o, point)).tail(zeros_) = c_.row(o).tail(zeros_) + t * later_seen_.row(o);
+      for (int j = 0; j < flow_nodes; ++j) {
+        double power = t;
+        for (int p = 0; p < flow_nodes; ++p, power *= x) {
+          once[j][point] += gauss_rule.lagrange[j][p] * power / (p + 1);
+          twice[j][point] += gauss_rule.lagrange[j][p] * power * t / ((p + 1) * (p + 2));
+        }
       }
     }
+    for (int i = 0; i < inputs(); ++i)
+      for (int j = 0; j < flow_nodes; ++j) {
+        const int at = column(i, j);
+        for (int o = 0; o < rows; ++o) push(o, at, once[j], drifts_(o, i), twice[j], later_drifts_(o, i));
+        table.response.col(at).tail(zeros_) =
+            once[j][flow_nodes] * b_.col(i).tail(zeros_) + twice[j][flow_nodes] * later_pushed_.col(i);
+      }
   }
   for (int i = 0; i < inputs(); ++i)
     for (int o = 0; o < rows; ++o) {

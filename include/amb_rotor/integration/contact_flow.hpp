@@ -9,13 +9,15 @@
 // bounds of the speed and the acceleration, which the amplitudes of the modes give. Grazing is not missed but where it stays
 // shallower than what half a microsecond of acceleration makes. In contact: over a step h, u is a polynomial
 // through 4 Gauss nodes, so that  w_i = (free motion)_i + sum_j K_ij u_j holds without further error; u_i =
-// F(w_i) by Newton's method in the normal forces of all nodes and ends (directions follow from pass to pass),
-// begun with the last step's polynomial; a step that does not converge is halved. Order 8. The error estimate
+// F(w_i) by Newton's method in the normal forces of all nodes and ends (directions follow from pass to pass;
+// contact_newton.hpp), begun with the polynomial through the last step's nodes and the last one of the step
+// before; a step that does not converge is halved. Order 8. The error estimate
 // is what the highest Legendre component of u moves at the end of the step, and, because a force that begins
 // as t^1.5 moves a free body by less than its error, the square of that component over the mean. Steps are a
 // length h0 halved so and so often, whose tables are kept; only the step up to an event or an end has its
 // own. A lift-off, or a touch-down at the other end, is found at the nodes and the end of a step; the step is
-// repeated with the length to it, by Newton's method, until the guard is 0 within a tenth of the tolerance.
+// repeated with the length to it, first by the depths and their rates around it, which mostly does, then by
+// Newton's method, until the guard is 0 within a tenth of the tolerance.
 //
 // Further forces, known as functions of time, are inputs behind those of the ends: while they act the motion
 // goes by the same steps, with their values at the nodes.
@@ -110,6 +112,9 @@ class ContactFlow {
     double h = -1.0;
     double cosine[points + 1], sine[points + 1], decay[points + 1];
     Eigen::Matrix<double, (points + 1) * rows, 2> by_angle;  ///< outputs there from the angle's cosine and sine at the start
+    long interval = -1;                                      ///< of what follows
+    Eigen::Matrix<double, (points + 1) * rows, 1>
+        resting;  ///< outputs there from what is constant, and its drift
   };
   const Turn& turnOf(const LinearFlow::Table& table);
   /// Of the drive at a time since the start.
@@ -123,7 +128,7 @@ class ContactFlow {
   Phase phaseOf(double time) const;
   const Phase& exactPhase(double time) const;
   const Phase& phaseAt(double time);
-  void weighGuess(double begin, double stretch);
+  void weighGuess(double begin, double stretch, double earlier);
   bool stillFits(const LinearFlow::Table& table) const;
   bool solve(const LinearFlow::Table& table, double time, const double* s, const int* mode);
   double error(const LinearFlow::Table& table);
@@ -151,6 +156,7 @@ class ContactFlow {
   IntegratorStatistics statistics_;
   Drive drive_;
   double angle_ = 0.0;  ///< at the start
+  long interval_ = 0;   ///< counted by begin()
   const Pushes* pushes_ = nullptr;
   Eigen::VectorXd rest_now_, drift_now_, decay_now_;  ///< of the values of this interval
   Eigen::VectorXd drift_later_;                       ///< J drift_now_
@@ -162,7 +168,8 @@ class ContactFlow {
   int next_own_ = 0;
   Phase phase_;
   mutable Phase exact_;
-  double guess_begin_ = -1.0, guess_stretch_ = 0.0, guess_weight_[points][points];
+  static constexpr int guess_nodes = points + 1;  ///< of the last step, and the last of the one before
+  double guess_begin_ = -1.0, guess_stretch_ = 0.0, guess_earlier_ = 0.0, guess_weight_[guess_nodes][points];
   int level_ = 4, first_level_ = 4;
   bool fresh_ = false;
   Eigen::VectorXd own_real_, own_imaginary_, span_real_, span_imaginary_, moved_;
@@ -173,18 +180,20 @@ class ContactFlow {
   static constexpr int kept_columns = 6;
   Eigen::Matrix<double, rows, kept_columns> kept_;  ///< outputs: rest, cosine, sine, decay; of the drift by t and t^2
   Eigen::VectorXd free_, w_, before_, u_, last_u_, start_w_, pushed_, parts_;
-  ContactNodes nodes_;  ///< of the last evaluation
+  ContactNodes evaluations_[2];  ///< the last one, and the one that the inverse was made of
+  ContactNodes *nodes_ = &evaluations_[0], *made_ = &evaluations_[0];
   const ContactKernels& kernels_ = contactKernels();
   alignas(64) double inverse_[ContactNodes::most][ContactNodes::most];  ///< of Newton's matrix, by columns
   int first_ = 0, carrying_ = 0;  ///< ends that carry follow each other from the first on
   double made_h_ = -1.0;          ///< what the inverse was made of
   int made_first_ = 0, made_carrying_ = 0;
-  ContactNodes made_;
   double contraction_ = 1.0,
          contraction_h_ = 0.0;  ///< of one pass, as last measured, and the step it belongs to
   int since_measured_ = 0;
   Eigen::VectorXd evaluated_;  ///< forces of the last evaluation
   double last_h_ = 0.0;        ///< of the step that last_u_ belongs to; 0: none
+  double earlier_h_ = 0.0;     ///< of the step before, whose forces at its last node are earlier_u_; 0: none
+  double earlier_u_[end_inputs] = {};
   bool last_ended_ = false;    ///< that step was taken: the next begins at its end
 };
 
