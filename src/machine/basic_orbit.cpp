@@ -126,7 +126,7 @@ class Flow {
         return;
       }
       h = std::min(h, end - phase);
-      const auto passage = series.passage(h, contact);
+      const auto passage = series.passage(h, contact, largest);
       const bool event = passage.event > 0.0;
       if (event) h = passage.event;
       largest = std::max(largest, passage.largest);

@@ -13,7 +13,8 @@
 //
 // An event is a root of rho - 1 on the step: the state there is the polynomial's, no step is repeated. Roots
 // are looked for between samples, and at the extremum between two samples where the gap turns; samples that
-// are deeper than their rates can undo between them are not looked at one by one.
+// are deeper than their rates can undo between them are not looked at one by one, and none is taken where all
+// terms together cannot undo the contact.
 //
 // T: double, or Dual for derivatives (the field is continuous at an event: no saltation, basic_orbit.hpp).
 // Units: dimensionless. No allocation. Left out: Hertz contact (its root is singular at touch-down), friction
@@ -157,9 +158,15 @@ class BasicTaylor {
     double event = -1.0;  ///< where the mode ends; -1: nowhere in the step
     double turning =
         -2.0;  ///< largest gap (value as Gap) at which a flight turns back without touching; -2: none
-    double largest = -1.0;  ///< of the samples
+    double largest = -1.0;  ///< of the samples, where it is beyond what is known
   };
-  Passage passage(double h, bool contact) const {
+  /// @param known  largest gap that is known already: where a contact can neither reach it nor end, nothing
+  /// is looked at
+  Passage passage(double h, bool contact, double known) const {
+    if (contact) {
+      const double reach = largestChange(h), start = valueOf(squares_[0]) - 1.0;
+      if (start > reach && start + reach <= known) return {};
+    }
     const double sign = contact ? 1.0 : -1.0;
     const int blocks = std::clamp(static_cast<int>(std::ceil(h / (block * sample_spacing))), 1, most_blocks);
     const double spacing = h / (block * blocks);
@@ -219,6 +226,16 @@ class BasicTaylor {
 
   /// Samples whose sums do not wait for each other.
   static constexpr int block = 8, most_blocks = 8;
+  /// What the gap changes by within a step at most: all its terms, each as large as it gets.
+  double largestChange(double h) const {
+    const double square = h * h;
+    double even = 0.0, odd = 0.0;
+    for (int k = order_; k > 0; --k) {
+      double& sum = k % 2 == 0 ? even : odd;
+      sum = sum * square + std::abs(valueOf(squares_[k]));
+    }
+    return even * square + odd * h;
+  }
   /// Gap and its rate at a block of samples.
   void gaps(const double* at, double* value, double* rate) const {
     typedef double Two __attribute__((vector_size(16)));

@@ -110,8 +110,9 @@ TEST(BasicTaylor, AFlightShorterThanASampleEndsWhereItTouches) {
         advanceBasic(settling(), {c, d, -inwards * c - around * d, around * c - inwards * d}, 1, options,
                      [&](double phase, const BasicState<double>& s, bool contact) {
                        const double gap = std::hypot(s.x, s.y) - 1.0;
-                       if (contact == was)
+                       if (contact == was) {
                          EXPECT_GT(contact ? gap : -gap, -1e-13) << inwards << " at " << phase;
+                       }
                        if (contact && !was && phase - lifted < 0.1) ++touched;
                        if (!contact && was) lifted = phase;
                        was = contact;
@@ -131,6 +132,26 @@ TEST(BasicTaylor, ARubThatSettlesIsAsAccurateAsItsTolerance) {
     // what bounces multiply is damped where it stays in contact
     EXPECT_LT(distance(advanceBasic(settling(), {1.0, 0.0, 0.0, 0.0}, 300, options).end, truth.end),
               100.0 * tolerance);
+  }
+}
+
+TEST(BasicTaylor, TheLargestRadiusOfAContactIsSeenInsideItsSteps) {
+  BasicOrbitOptions options;
+  options.tolerance = 1e-8;
+  const BasicState<double> settled = advanceBasic(settling(), {1.0, 0.0, 0.0, 0.0}, 300, options).end;
+  for (int i = 0; i < 20; ++i) {
+    BasicState<double> pushed = settled;
+    pushed.vx += 0.003 * std::cos(0.3 * i);
+    pushed.vy += 0.003 * std::sin(0.3 * i);
+    double largest = 0.0, smallest = 2.0;
+    const BasicOrbit orbit =
+        advanceBasic(settling(), pushed, 2, options, [&](double, const BasicState<double>& s, bool) {
+          largest = std::max(largest, std::hypot(s.x, s.y));
+          smallest = std::min(smallest, std::hypot(s.x, s.y));
+        });
+    ASSERT_EQ(orbit.contact_fraction, 1.0) << "the test is about contact";
+    // samples are a fifteenth of the contact's own period apart
+    EXPECT_NEAR(orbit.max_radius, largest, 0.03 * (largest - smallest)) << i;
   }
 }
 
