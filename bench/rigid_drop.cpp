@@ -242,7 +242,7 @@ const bool registered = [] {
             .c_str(),
         [=](benchmark::State& s) { peer(s, tolerance, run); });
   };
-  for (double tolerance : {1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}) {
+  for (double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}) {
     const std::string text = "/" + std::to_string(static_cast<int>(std::round(-std::log10(tolerance))));
     RegisterBenchmark(("modal" + text).c_str(),
                       [=](benchmark::State& s) { own<ModalStepper>(s, tolerance); });
