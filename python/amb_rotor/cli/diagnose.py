@@ -15,7 +15,7 @@ from amb_rotor.errors import InputError
 
 HELP = "find the physical effect that a model lacks"
 EXAMPLE = "amb diagnose config/tutorial/measured --out out/diagnosis"
-TIME_LIMIT_S = 180.0
+TIME_LIMIT_S = 240.0
 
 
 def add_arguments(parser) -> None:
