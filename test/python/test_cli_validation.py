@@ -259,7 +259,7 @@ def test_what_is_odd_in_the_believed_rig_is_remarked_with_its_line(tmp_path, mon
     assert f"remark: {said}" in capsys.readouterr().out
     assert json.loads((tmp_path / "c.json").read_text())["remarks"][0].startswith(said)
     monkeypatch.setattr(core, "diagnose", lambda model, *_, **__: ({"remarks": ["of a run"]}, model, {}))
-    asked = types.SimpleNamespace(candidates=[], overrides=[], threads=0, steps=1)
+    asked = types.SimpleNamespace(candidates=[], overrides=[], threads=0, steps=1, time_limit=0.0)
     remarks = diagnose.diagnose(few, None, asked)[2]["remarks"]
     assert remarks[0].startswith(said) and remarks[-1] == "of a run"
 
