@@ -33,7 +33,9 @@ LeftOpen Candidates::leftOpenThroughContact(const Trial& trial) const {
   const FitResult moved = amb_rotor::fit(problem, trial.fit.x, check_contact_, local, options, &prior);
   if (!moved.finite) return out;
   const Eigen::VectorXd way = moved.x - trial.fit.x;
-  out.deviations = std::sqrt(std::max(0.0, way.dot(known * way)));
+  const double squared = way.dot(known * way);
+  if (!(squared >= 0.0)) return out;  // a stated covariance that is none says nothing
+  out.deviations = std::sqrt(squared);
   EvaluationOptions evaluation;
   evaluation.jacobian = false;
   evaluation.window_passes = 3;

@@ -18,7 +18,7 @@ class TimeLimit {
 
  private:
   /// A last refit begun just before may go on for so many times the limit.
-  static constexpr double patience = 1.3;
+  static constexpr double patience = 4.0 / 3.0;
   using Clock = std::chrono::steady_clock;
 
   bool passed(double times) const {
