@@ -85,6 +85,7 @@ Candidates::Candidates(const Model& belief, const Dataset& dataset, const TimeLi
   for (int i = 0; i < static_cast<int>(recordings_.size()); ++i) {
     const bool to_fit = recordings_[i].run.use == RunUse::fit;
     const bool contact = recordings_[i].holdsContact();
+    for (int a = 0; a < 4; ++a) current_noise_A_ = std::max(current_noise_A_, recordings_[i].noise[4 + a]);
     (to_fit ? (contact ? fit_contact_ : fit_free_) : (contact ? check_contact_ : check_free_)).push_back(i);
   }
 }
@@ -113,6 +114,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
                       const FitEffort& effort, const QuadraticPrior* prior) const {
   Trial trial;
   trial.space = std::make_shared<FitSpace>(belief_, effects);
+  trial.space->setCurrentNoise(current_noise_A_);
   trial.local = local;
   for (auto& state : trial.local) {
     state.angle_searches = 0;

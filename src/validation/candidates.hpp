@@ -201,7 +201,7 @@ class Candidates {
   Model belief_;
   TimeLimit limit_;
   std::vector<Recording> recordings_;
-  double offset_std_ = 0.0;
+  double offset_std_ = 0.0, current_noise_A_ = 0.0;
   int look_offset_ = 0;  ///< of the windows of a first look
   std::vector<int> fit_free_, fit_contact_, check_free_, check_contact_;
 };

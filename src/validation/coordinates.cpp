@@ -30,9 +30,18 @@ bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad";
 /// An amplitude of either sign below this share of the next one that shares its phase says nothing of the sign.
 constexpr double tells_the_sign = 0.1;
 
+/// Share of the currents' noise by which a limit is rounded: the most of it that was seen is a half.
+constexpr double rounded_corner = 0.5;
+
 /// Amplitudes of either sign that share a phase and all of them turned by half a turn are one machine: the one whose first amplitude
-/// is positive is what is stated, and its phase within half a turn of 0.
+/// is positive is what is stated, and its phase within half a turn of 0. So are factors that act by their products (the shapes of a
+/// mode) and all of them turned round: the ones whose sum is positive, as at the ends of a free beam.
 void stateOnce(const std::vector<ParameterSchema>& parameters, std::vector<double>& values) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].role == ParameterRole::factor) sum += values[i];
+  for (std::size_t i = 0; i < parameters.size() && sum < 0.0; ++i)
+    if (parameters[i].role == ParameterRole::factor) values[i] = -values[i];
   std::size_t first = 0;  // of the amplitudes that share the next phase
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (parameters[i].role == ParameterRole::amplitude) continue;
@@ -300,8 +309,9 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
       }
       case Kind::vector_sine: break;
     }
+    FittedParameter& own = out[slot.parameter];
+    if (fitted_[place].id == "current_saturation") own.std = std::hypot(own.std, rounded_corner * current_noise_A_);
     if (needsContact(fitted_[place].id)) {
-      FittedParameter& own = out[slot.parameter];
       own.std = std::hypot(own.std, contact_step_share * own.value);
     }
   }

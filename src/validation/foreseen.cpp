@@ -6,6 +6,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/starts.hpp"
 #include "amb_rotor/validation/term_search.hpp"
+#include "seen_shapes.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -86,9 +87,7 @@ Trial allAtOnce(const Candidates& candidates, const Settings& adopted, const Ref
   return candidates.fit(all, &nuisance, references.free.local, {Through::free, 0, false, true});
 }
 
-std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance,
-                               const References& references) {
-  const bool phase = knowsTheAngle(starts[0].back().id);
+std::vector<Model> modelsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance) {
   std::vector<Model> models;
   for (const auto& start : starts) {
     const FitSpace space(belief, start);
@@ -96,7 +95,13 @@ std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>&
     x.head(nuisance.size()) = nuisance;
     models.push_back(space.model(x));
   }
-  auto gains = references.screen->gains(models, phase, !phase);
+  return models;
+}
+
+std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance,
+                               const References& references) {
+  const bool phase = knowsTheAngle(starts[0].back().id);
+  auto gains = references.screen->gains(modelsOf(belief, starts, nuisance), phase, !phase);
   for (std::size_t i = 0; i < gains.size(); ++i) {  // what a start gains at the size that it can have
     const double usable = usableShare(starts[i].back().id, gains[i].share);
     if (usable == gains[i].share) continue;
@@ -187,6 +192,7 @@ std::map<std::string, double> foreseen(const Candidates& candidates, const std::
         for (Model& model : movedByLittle(candidates.belief(), at, nuisance)) moved.push_back(std::move(model));
       gain = std::max(gain, references.screen->gainTogether(moved, !knowsTheAngle(effect)));
     }
+    addSeenShapes(candidates.belief(), nuisance, references, sized);
     if (!sized.empty())
       for (const StartGain& one : gainsOf(candidates.belief(), sized, nuisance, references)) gain = std::max(gain, one.gain);
     const double parameters = static_cast<double>(effectCatalogue().find(effect)->parameters.size());

@@ -35,6 +35,9 @@ class FirstOrder {
 /// That evaluation, for those of the effects that vanish somewhere and show without contact, named in `effects` on return.
 Trial allAtOnce(const Candidates& candidates, const Settings& adopted, const References& references, std::vector<std::string>& effects);
 
+/// The belief with each of these, at a nuisance.
+std::vector<Model> modelsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance);
+
 /// What starts of one effect, each with all that is adopted, gain without contact, with the share of their size at which they do;
 /// a bending mode's start at the size that it can have.
 std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance,

@@ -118,7 +118,7 @@ TEST(FitSpaceTest, WhatIsNeutralAtItsUpperLimitGoesByItsInverseRoot) {
 
 TEST(FitSpaceTest, WhatTwoFactorsShareIsAStraightLine) {
   // a mode's shape at a magnet and at a sensor: their product is what a response tells best
-  const std::vector<double> given = {360.0, 0.006, -0.9, 0.15, -2.3, 2.0, 0.0, 1.4, -4.2};
+  const std::vector<double> given = {360.0, 0.006, -0.9, 0.15, -2.3, 2.0, 0.0, 1.4, 4.2};
   const FitSpace space(belief(), {{"shaft_flexibility", given}});
   const auto from = space.model(space.start()).effects.back().values;
   for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(from[i], given[i], 1e-12) << "either sign, and none";
@@ -187,6 +187,25 @@ TEST(FitSpaceTest, ABowIsStatedOnceOfTheTwoWaysToSayIt) {
   EXPECT_EQ(stated({4e-6, -2e-6, -1.0}), (std::vector<double>{4e-6, -2e-6, -1.0})) << "the first is positive already";
   EXPECT_GT(stated({1e-8, -2e-6, 0.0})[1], 0.0) << "next to nothing at a: b tells";
   EXPECT_NEAR(stated({4e-6, 0.0, 6.0})[2], 6.0 - 2.0 * M_PI, 1e-14) << "within half a turn";
+}
+
+TEST(FitSpaceTest, ACurrentLimitIsNoSharperThanTheNoiseThatRoundsIt) {
+  FitSpace space(belief(), {{"current_saturation", {3.0}}});
+  const Eigen::MatrixXd sure = Eigen::MatrixXd::Zero(space.size(), space.size());
+  EXPECT_EQ(space.effectValues(0, space.start(), sure)[0].std, 0.0);
+  space.setCurrentNoise(0.01);
+  EXPECT_NEAR(space.effectValues(0, space.start(), sure)[0].std, 0.005, 1e-15);
+}
+
+TEST(FitSpaceTest, AModesShapesAreStatedOnceOfTheTwoWaysToSayThem) {
+  const std::vector<double> ends = {300.0, 0.01, 0.5, 0.3, 1.2, 0.1, 1.4, 0.7, -0.4};
+  std::vector<double> turned = ends;
+  for (std::size_t i = 2; i < turned.size(); ++i) turned[i] = -turned[i];
+  for (const auto& values : {ends, turned}) {
+    const FitSpace space(belief(), {{"shaft_flexibility", values}});
+    const std::vector<double> stated = space.model(space.start()).effects[0].values;
+    for (std::size_t i = 0; i < ends.size(); ++i) EXPECT_NEAR(stated[i], ends[i], 1e-12 * ends[0]) << i;
+  }
 }
 
 TEST(FitSpaceTest, ARiseEndsAtItsParametersLimits) {

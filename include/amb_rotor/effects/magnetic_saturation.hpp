@@ -23,13 +23,13 @@ struct MagneticSaturation {
    public:
     explicit Physics(const std::vector<S>& p) : knee_(p[0]) {}
     unsigned roles() const override { return acts_on_rig | acts_on_flux; }
-    void rig(Rig<S>& rig) override { relative_knee_ = knee_ / rig.amb.bias_flux_density_T; }
+    void rig(Rig<S>& rig) override { inverse_knee_ = rig.amb.bias_flux_density_T / knee_; }
     void flux(const Rig<S>&, const S&, const S&, CoilFlux<S>& flux) const override {
-      flux = {saturatedFlux(flux.plus, relative_knee_), saturatedFlux(flux.minus, relative_knee_)};
+      flux = {saturatedFlux(flux.plus, inverse_knee_), saturatedFlux(flux.minus, inverse_knee_)};
     }
 
    private:
-    S knee_, relative_knee_ = S(1.0);
+    S knee_, inverse_knee_ = S(1.0);
   };
 };
 

@@ -39,11 +39,12 @@ CoilFlux<S> gapFlux(const S& bias, const S& air_gap, const S& current, const S& 
   return {(S(1.0) + share) / (S(1.0) - ratio), (S(1.0) - share) / (S(1.0) + ratio)};
 }
 
+/// @param inverse_knee  1/bk
 template <class S>
-S saturatedFlux(const S& flux, const S& knee) {
-  const S ratio = flux / knee;
+S saturatedFlux(const S& flux, const S& inverse_knee) {
+  const S ratio = flux * inverse_knee;
   const S square = ratio * ratio;
-  return flux / squareRoot(squareRoot(S(1.0) + square * square));
+  return flux * inverseFourthRoot(S(1.0) + square * square);
 }
 
 template <class S>

@@ -38,6 +38,9 @@ class FitSpace {
   /// @param fitted    effects whose parameters are to be fitted, with the values to start from
   FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted);
 
+  /// Of the current channels [A], rms. What of it goes round the loop rounds the corner of an amplifier's limit, which predictions
+  /// without noise meet a little lower: a limit is never stated closer than half of it.
+  void setCurrentNoise(double rms_A) { current_noise_A_ = rms_A; }
   int size() const { return static_cast<int>(coordinates_.size()); }
   int nuisances() const { return nuisances_; }
   /// The places of the nuisances in `x` that lie further from their belief than so many prior standard deviations.
@@ -78,6 +81,7 @@ class FitSpace {
   std::vector<Coordinate> coordinates_;
   std::vector<Slot> slots_;
   Eigen::VectorXd start_;
+  double current_noise_A_ = 0.0;
   int nuisances_ = 0;
 };
 

@@ -46,6 +46,15 @@ class StartScreen {
   /// finite.
   double gainTogether(const std::vector<Model>& moved, bool standstill) const;
 
+  /// Of changes from the reference, the nuisance moved along: their products, and those with what is left.
+  struct Freed {
+    Eigen::MatrixXd squares;
+    Eigen::VectorXd along;
+    std::vector<bool> lost;  ///< those whose prediction did not stay finite
+  };
+  /// The changes that these models make.
+  Freed freed(const std::vector<Model>& moved, bool standstill) const;
+
   /// Changes of a run's predicted channels, each of samples * predicted_channels or empty: none there. No changes at all: the
   /// run does not count.
   using Changes = std::function<std::vector<std::vector<double>>(const ReferenceRun&)>;
@@ -65,13 +74,6 @@ class StartScreen {
     Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
     std::vector<double> predicted;
   };
-  /// Of changes from the reference, the nuisance moved along: their products, and those with what is left.
-  struct Freed {
-    Eigen::MatrixXd squares;
-    Eigen::VectorXd along;
-    std::vector<bool> lost;  ///< those whose prediction did not stay finite
-  };
-  Freed freed(const std::vector<Model>& moved, bool standstill) const;
 
   const std::vector<Recording>& recordings_;
   double offset_std_;

@@ -1,0 +1,102 @@
+#include "seen_shapes.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/linear_algebra.hpp"
+#include "foreseen.hpp"
+
+namespace amb_rotor {
+namespace {
+
+constexpr int outputs = 2, inputs = 3;
+/// Shapes at which a mode hardly acts: the change goes with their product.
+constexpr double small_shape = 0.1;
+/// Largest shape of a start; and rounds of solving for either side, which settle to some percent.
+constexpr double largest_shape = 3.0;
+constexpr int rounds = 20;
+/// Directions that differ by less than this share of their squares count as one.
+constexpr double nearly_one = 1e-4;
+
+struct Places {
+  int sensor[2], amb[2], aux[2], unbalance;
+};
+
+Places placesOf(const EffectSchema& schema) {
+  Places at;
+  const char* end[2] = {"a", "b"};
+  for (int e = 0; e < 2; ++e) {
+    at.sensor[e] = schema.indexOf(std::string("shape_sensor_") + end[e]);
+    at.amb[e] = schema.indexOf(std::string("shape_amb_") + end[e]);
+    at.aux[e] = schema.indexOf(std::string("shape_aux_") + end[e]);
+  }
+  at.unbalance = schema.indexOf("shape_unbalance");
+  return at;
+}
+
+/// A mode that one sensor sees and one input excites, both by a little.
+EffectSetting oneWay(EffectSetting mode, const Places& at, int output, int input) {
+  std::fill(mode.values.begin() + 2, mode.values.end(), 0.0);
+  mode.values[at.sensor[output]] = small_shape;
+  mode.values[input < 2 ? at.amb[input] : at.unbalance] = small_shape;
+  return mode;
+}
+
+/// The mode with the shapes whose products these are.
+EffectSetting shaped(EffectSetting mode, const Places& at, const Eigen::Matrix<double, outputs, inputs>& products) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> parts(products, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXd seen = parts.matrixU().col(0), driven = parts.singularValues()[0] * parts.matrixV().col(0);
+  const double at_magnets = std::max(driven.head(2).norm(), 0.1 * driven.norm());
+  if (!(at_magnets > 0.0)) return mode;
+  const double even = std::sqrt(at_magnets / seen.norm());
+  seen *= even;
+  driven /= even;
+  const auto within = [](double shape) { return std::clamp(shape, -largest_shape, largest_shape); };
+  for (int e = 0; e < 2; ++e) {
+    mode.values[at.sensor[e]] = within(seen[e]);
+    mode.values[at.amb[e]] = within(driven[e]);
+    mode.values[at.aux[e]] = within(0.5 * (seen[e] + driven[e]));
+  }
+  mode.values[at.unbalance] = within(driven[2]);
+  return mode;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 2, 3> likeliestProducts(const Eigen::MatrixXd& given, const Eigen::VectorXd& along) {
+  Eigen::MatrixXd squares = given;
+  squares.diagonal() *= 1.0 + nearly_one;
+  squares.diagonal().array() += 1e-12 * std::max(squares.diagonal().maxCoeff(), 1e-300);
+  const Eigen::VectorXd free = Ldlt(squares).solve(along);
+  const Eigen::Matrix<double, outputs, inputs> any = Eigen::Map<const Eigen::Matrix<double, outputs, inputs, Eigen::RowMajor>>(free.data());
+  const Eigen::JacobiSVD<Eigen::MatrixXd> parts(any, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXd seen = parts.matrixU().col(0), driven = parts.singularValues()[0] * parts.matrixV().col(0);
+  Eigen::MatrixXd of_driven = Eigen::MatrixXd::Zero(outputs * inputs, inputs), of_seen(outputs * inputs, outputs);
+  for (int round = 0; round < rounds && seen.norm() > 0.0 && driven.norm() > 0.0; ++round) {
+    of_seen.setZero();
+    for (int i = 0; i < outputs; ++i) of_driven.block(i * inputs, 0, inputs, inputs) = seen[i] * Eigen::MatrixXd::Identity(inputs, inputs);
+    driven = Ldlt(of_driven.transpose() * squares * of_driven).solve(of_driven.transpose() * along);
+    for (int i = 0; i < outputs; ++i) of_seen.block(i * inputs, i, inputs, 1) = driven;
+    seen = Ldlt(of_seen.transpose() * squares * of_seen).solve(of_seen.transpose() * along);
+  }
+  return seen * driven.transpose();
+}
+
+void addSeenShapes(const Model& belief, const Eigen::VectorXd& nuisance, const References& references, std::vector<Settings>& starts) {
+  if (starts.empty() || starts[0].back().id != "shaft_flexibility") return;
+  const Places at = placesOf(*effectCatalogue().find(starts[0].back().id));
+  const std::size_t given = starts.size();
+  for (std::size_t n = 0; n < given; ++n) {
+    std::vector<Settings> ways(outputs * inputs, starts[n]);
+    for (int i = 0; i < outputs; ++i)
+      for (int j = 0; j < inputs; ++j) ways[i * inputs + j].back() = oneWay(starts[n].back(), at, i, j);
+    const StartScreen::Freed changes = references.screen->freed(modelsOf(belief, ways, nuisance), true);
+    if (std::any_of(changes.lost.begin(), changes.lost.end(), [](bool one) { return one; })) continue;
+    if (!changes.squares.allFinite() || !(changes.squares.diagonal().minCoeff() > 0.0)) continue;
+    starts.push_back(starts[n]);
+    starts.back().back() = shaped(starts[n].back(), at, small_shape * small_shape * likeliestProducts(changes.squares, changes.along));
+  }
+}
+
+}  // namespace amb_rotor
