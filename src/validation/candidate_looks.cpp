@@ -280,15 +280,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   bool serious = true;
   const bool known = seen != nullptr && seen->usable() && seen->stride == strideOver(seen->effects(), seen->stride) &&
                      leavesNothing(seen->fit, references.of(*seen).fit);
-  Trial winner = known ? *seen : notFollowed();
-  if (contact && !known && !leaders.settles(references) && seen != nullptr && seen->usable() &&
-      takesNearlyAll(seen->fit, references.of(*seen).fit)) {
-    // some windows say little of what lasts from one to the next, a ring's speed, but where it is about: on from there through all
-    std::vector<Settings> there = {seen->effects()};
-    winner = bestOf(there, {seen->nuisance()}, references, contact, leaders, serious);
-    if (!winner.fit.finite || winner.fit.squares > settled_square * winner.fit.count) winner = notFollowed();
-  }
-  if (!winner.fit.finite) winner = bestOf(starts, nuisances, references, contact, leaders, serious);
+  Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
   if (!winner.fit.finite) return winner;  // also: not followed
   value(winner, references);

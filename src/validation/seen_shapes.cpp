@@ -1,8 +1,8 @@
 #include "seen_shapes.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "foreseen.hpp"
@@ -43,10 +43,15 @@ EffectSetting oneWay(EffectSetting mode, const Places& at, int output, int input
   return mode;
 }
 
+/// The s of length 1, and p, whose product s p' is nearest to a matrix.
+std::pair<Eigen::VectorXd, Eigen::VectorXd> nearestProduct(const Eigen::MatrixXd& m) {
+  const Eigen::VectorXd s = symmetricEigen(m * m.transpose()).vectors.col(m.rows() - 1);
+  return {s, m.transpose() * s};
+}
+
 /// The mode with the shapes whose products these are.
 EffectSetting shaped(EffectSetting mode, const Places& at, const Eigen::Matrix<double, outputs, inputs>& products) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> parts(products, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  Eigen::VectorXd seen = parts.matrixU().col(0), driven = parts.singularValues()[0] * parts.matrixV().col(0);
+  auto [seen, driven] = nearestProduct(products);
   const double at_magnets = std::max(driven.head(2).norm(), 0.1 * driven.norm());
   if (!(at_magnets > 0.0)) return mode;
   const double even = std::sqrt(at_magnets / seen.norm());
@@ -70,8 +75,7 @@ Eigen::Matrix<double, 2, 3> likeliestProducts(const Eigen::MatrixXd& given, cons
   squares.diagonal().array() += 1e-12 * std::max(squares.diagonal().maxCoeff(), 1e-300);
   const Eigen::VectorXd free = Ldlt(squares).solve(along);
   const Eigen::Matrix<double, outputs, inputs> any = Eigen::Map<const Eigen::Matrix<double, outputs, inputs, Eigen::RowMajor>>(free.data());
-  const Eigen::JacobiSVD<Eigen::MatrixXd> parts(any, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  Eigen::VectorXd seen = parts.matrixU().col(0), driven = parts.singularValues()[0] * parts.matrixV().col(0);
+  auto [seen, driven] = nearestProduct(any);
   Eigen::MatrixXd of_driven = Eigen::MatrixXd::Zero(outputs * inputs, inputs), of_seen(outputs * inputs, outputs);
   for (int round = 0; round < rounds && seen.norm() > 0.0 && driven.norm() > 0.0; ++round) {
     of_seen.setZero();
