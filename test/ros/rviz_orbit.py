@@ -3,6 +3,7 @@
 import contextlib
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -21,6 +22,8 @@ COLOURS = {"free trail": (0, 153, 255), "trail in contact": (255, 77, 0), "clear
 LEAST = {"free trail": 150, "trail in contact": 150, "clearance circle": 150, "Poincare points": 5}
 COLOUR_TOLERANCE = 40  # of 255, each channel: lines are thin, and blend with what is behind them
 LEAST_WIDTH = 60       # pixels that the trail spans
+# rviz itself aborts at its start now and then (one in eleven here, by its heap): it is begun again, so many times in all
+ATTEMPTS, DIED = 3, re.compile(r"\[rviz-\d+\] process has died")
 PATIENCE_S = 45.0
 
 
@@ -67,17 +70,27 @@ class Rviz(unittest.TestCase):
 
     @unittest.skipUnless(shutil.which("Xvfb") and shutil.which("rviz"), "Xvfb and rviz are not installed")
     def test_the_orbit_is_drawn(self):
+        for _ in range(ATTEMPTS):
+            faults, log = self.look()
+            if not faults or not DIED.search(log):
+                break
+        self.assertEqual(faults, [], log[-3000:])
+
+    def look(self):
+        """What is missing in the picture, and what the launch printed."""
         keep = os.environ.get("AMB_ROTOR_PICTURE")  # a person who wants to see it
         with tempfile.TemporaryDirectory() as folder, screen() as display:
-            log = open(pathlib.Path(folder) / "log", "w+")
+            path = pathlib.Path(folder) / "log"
             environment = graphs.environment(DISPLAY=display, LIBGL_ALWAYS_SOFTWARE="1", QT_X11_NO_MITSHM="1",
                                              XDG_RUNTIME_DIR=folder)
-            launch = subprocess.Popen(
-                graphs.roslaunch("overload.launch", "rviz:=true", "rate:=0", "exit_at_end:=false"),
-                env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
+            with open(path, "w") as log:
+                launch = subprocess.Popen(
+                    graphs.roslaunch("overload.launch", "rviz:=true", "rate:=0", "exit_at_end:=false"),
+                    env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
             try:
                 faults, end = ["nothing yet"], time.monotonic() + PATIENCE_S
-                while faults and time.monotonic() < end and launch.poll() is None:
+                while (faults and time.monotonic() < end and launch.poll() is None
+                       and not DIED.search(path.read_text(errors="replace"))):
                     time.sleep(1.0)
                     image = ImageGrab.grab(xdisplay=display)
                     faults = missing(image)
@@ -87,8 +100,7 @@ class Rviz(unittest.TestCase):
             finally:
                 launch.send_signal(2)
                 launch.wait(30)
-            log.seek(0)
-            self.assertEqual(faults, [], log.read()[-3000:])
+            return faults, path.read_text(errors="replace")
 
 
 if __name__ == "__main__":
