@@ -13,7 +13,7 @@ namespace {
 constexpr int outputs = 2, inputs = 3;
 /// Shapes at which a mode hardly acts: the change goes with their product.
 constexpr double small_shape = 0.1;
-/// Largest shape of a start; and rounds of solving for either side, which settle to some percent.
+/// Largest shape of a start; and rounds of solving for either side.
 constexpr double largest_shape = 3.0;
 constexpr int rounds = 20;
 /// Directions that differ by less than this share of their squares count as one.
@@ -97,9 +97,12 @@ void addSeenShapes(const Model& belief, const Eigen::VectorXd& nuisance, const R
       for (int j = 0; j < inputs; ++j) ways[i * inputs + j].back() = oneWay(starts[n].back(), at, i, j);
     const StartScreen::Freed changes = references.screen->freed(modelsOf(belief, ways, nuisance), true);
     if (std::any_of(changes.lost.begin(), changes.lost.end(), [](bool one) { return one; })) continue;
-    if (!changes.squares.allFinite() || !(changes.squares.diagonal().minCoeff() > 0.0)) continue;
+    // a way that changes nothing, of an unbalance that a rig does not state, is none of the mode's
+    if (!changes.squares.allFinite() || !changes.along.allFinite() || !(changes.squares.diagonal().maxCoeff() > 0.0)) continue;
+    const auto products = likeliestProducts(changes.squares, changes.along);
+    if (!products.allFinite()) continue;
     starts.push_back(starts[n]);
-    starts.back().back() = shaped(starts[n].back(), at, small_shape * small_shape * likeliestProducts(changes.squares, changes.along));
+    starts.back().back() = shaped(starts[n].back(), at, small_shape * small_shape * products);
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // Starts of a bending mode with shapes that the runs without contact ask for, beside those of a uniform beam: a rotor with a disc,
-// or sensors on a stub, has its nodes elsewhere, and from a shape of the wrong sign at one plane a fit does not come back.
+// or sensors on a stub, has its nodes elsewhere, and a fit that begins with the wrong sign at one plane ends beside the right one.
 //
 // To first order the mode's motion is c_ij R_ij, summed over sensors i and inputs j (the magnetic bearings, the unbalance), where R_ij
 // is what a small product of the two shapes changes and c_ij = s_i p_j. With the squares S of these six directions and their

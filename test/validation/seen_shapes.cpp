@@ -31,6 +31,18 @@ TEST(SeenShapes, ProductsThatAreOfRankOneAreFound) {
   EXPECT_LT((likeliestProducts(squares, along) - products).norm(), 1e-3 * products.norm());
 }
 
+TEST(SeenShapes, AWayThatChangesNothingDoesNotHideTheOthers) {
+  // no unbalance is stated: its two directions are none
+  Eigen::VectorXd seen_there(6);
+  seen_there << 1.0, 1.0, 0.0, 1.0, 1.0, 0.0;
+  const Eigen::Vector2d seen(0.8, 0.6);
+  const Eigen::Vector3d driven(0.5, 0.2, 0.0);
+  const Eigen::Matrix<double, 2, 3, Eigen::RowMajor> products = seen * driven.transpose();
+  const Eigen::VectorXd along = Eigen::Map<const Eigen::VectorXd>(products.data(), 6);
+  const auto found = likeliestProducts(seen_there.asDiagonal(), along);
+  EXPECT_LT((found - products).norm(), 1e-3 * products.norm());
+}
+
 TEST(SeenShapes, WhereNoneActsThereIsNone) {
   EXPECT_LT(likeliestProducts(Eigen::MatrixXd::Identity(6, 6), Eigen::VectorXd::Zero(6)).norm(), 1e-12);
 }
