@@ -54,7 +54,7 @@ TEST(PredictedPacks, AllOfThemGoTheSameWay) {
 }
 
 TEST(PredictedPacks, IronSaturatesInThemAsInOneMachine) {
-  // packs take a fourth root by an estimate and Newton's steps: one too few is 6e-8 of the flux
+  // wide packs take a fourth root by an estimate and Newton's steps; after one step 4e-8 of the flux are left
   Model iron = withUnbalance(levitated(), 3e-5, 0.5, 0.02);
   iron.rig.amb.bias_flux_density_T = 0.6;
   iron = with(iron, "magnetic_saturation", {0.7});
