@@ -378,7 +378,7 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
 
 LawSearch::Begun LawSearch::begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
                                   double count) {
-  Begun out = {{}, Stakes(before, count), {}, {}};
+  Begun out = {{}, Stakes(before, count), {}, {}, {}};
   out.without.x = at;
   out.without.local = local;
   out.without.chi2 = before;
@@ -387,7 +387,7 @@ LawSearch::Begun LawSearch::begin(const Eigen::VectorXd& at, const std::vector<L
 }
 
 const Hypothesis& LawSearch::plain(Begun& begun) {
-  if (!begun.plain) begun.plain = plainAmong(begun.along, begun.without, begun.stakes);
+  if (!begun.plain) begun.plain = plainAlongPath(begun).terms.empty() ? plainByScreen(begun) : plainAlongPath(begun);
   return *begun.plain;
 }
 
@@ -397,35 +397,48 @@ Hypothesis LawSearch::believed(const Hypothesis& about) const {
   return out;
 }
 
-Hypothesis LawSearch::plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes) {
+/// Fitted: a look at each, and the best of them to their end.
+void LawSearch::refineBest(std::vector<Hypothesis>& these) {
+  refine(these, glance_iterations);
+  these.resize(std::min(these.size(), plain_finalists));
+  refine(these, refining_iterations);
+}
+
+const Hypothesis& LawSearch::plainAlongPath(Begun& begun) {
+  if (begun.plain_along_path) return *begun.plain_along_path;
+  const Stakes& stakes = begun.stakes;
+  begun.plain_along_path = begun.without;
   std::vector<Hypothesis> these;
-  const auto fitted = [&] {
-    refine(these, glance_iterations);
-    these.resize(std::min(these.size(), plain_finalists));
-    refine(these, refining_iterations);
-  };
-  for (const Hypothesis& law : along.laws)
+  for (const Hypothesis& law : begun.along.laws)
     if (quantitiesIn(law.terms) == quantitiesIn({law.terms[0]})) these.push_back(law);
-  fitted();
-  if (!these.empty() && stakes.nothingLeft(chosen(these, stakes).chi2)) {
-    const Hypothesis law = chosen(these, stakes);
-    if (law.terms.size() == 1) return law;
-    these = contenders(law, 0, 0, stakes, first_singles);  // several may make up one that stands out near the right motion
-    fitted();
+  refineBest(these);
+  if (these.empty() || !stakes.nothingLeft(chosen(these, stakes).chi2)) return *begun.plain_along_path;
+  Hypothesis law = chosen(these, stakes);
+  if (law.terms.size() > 1) {  // several may make up one that stands out near the right motion
+    these = contenders(law, 0, 0, stakes, first_singles);
+    refineBest(these);
     these.push_back(law);
-    return chosen(these, stakes);
+    law = chosen(these, stakes);
   }
+  begun.plain_along_path = std::move(law);
+  return *begun.plain_along_path;
+}
+
+/// The one term that explains all but what a further one could earn, over a relative that bends the motion about right.
+Hypothesis LawSearch::plainByScreen(const Begun& begun) {
+  const Hypothesis& none = begun.without;
+  const Stakes& stakes = begun.stakes;
   const double excess = none.chi2 - stakes.count;
-  if (!along.laws.empty() && along.promised < related_share * excess) return none;
-  these = screened(believed(none));
+  if (!begun.along.laws.empty() && begun.along.promised < related_share * excess) return none;
+  std::vector<Hypothesis> these = screened(believed(none));
   if (!space_.farFromBelief(none.x, far_from_belief).empty())
     for (auto& one : screened(none)) these.push_back(std::move(one));
-  fitted();
+  refineBest(these);
   if (these.empty() || none.chi2 - these[0].chi2 < related_share * excess) return none;
   // a relative of the right term: the motion is about right there, so what is linear about it tells others apart
   const Hypothesis relative = these[0];
   these = contenders(relative, 0, 0, stakes, first_singles);
-  fitted();
+  refineBest(these);
   these.push_back(relative);
   const Hypothesis& one = chosen(these, stakes);
   return stakes.nothingLeft(one.chi2) ? one : none;

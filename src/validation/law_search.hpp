@@ -58,7 +58,8 @@ class LawSearch {
     Hypothesis without;  ///< no law
     Stakes stakes;
     AlongPath along;
-    std::optional<Hypothesis> plain;  ///< once it was asked for; no term: there is none
+    /// Once they were asked for; no term: there is none.
+    std::optional<Hypothesis> plain_along_path, plain;
   };
 
   /// @param at  the model as it stands, without a law; `before` its chi2, `count` of how many residuals
@@ -67,6 +68,8 @@ class LawSearch {
   /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
   /// effects' numbers of the begin, from its nuisance and from the believed one.
   const Hypothesis& plain(Begun& begun);
+  /// The same among the laws along the measured path alone.
+  const Hypothesis& plainAlongPath(Begun& begun);
 
   /// The best law: the plain one where there is one.
   Hypothesis best(Begun& begun);
@@ -80,7 +83,8 @@ class LawSearch {
   Hypothesis ofTerms(Begun& begun);
   Hypothesis sparing(const Hypothesis& law, const Stakes& stakes);
   Hypothesis believed(const Hypothesis& about) const;
-  Hypothesis plainAmong(const AlongPath& along, const Hypothesis& none, const Stakes& stakes);
+  Hypothesis plainByScreen(const Begun& begun);
+  void refineBest(std::vector<Hypothesis>& these);
   std::vector<Hypothesis> contenders(const Hypothesis& about, int singles, int pairs, const Stakes& stakes,
                                      int instead = 0) const;
   void refine(std::vector<Hypothesis>& these, int iterations);

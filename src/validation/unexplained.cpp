@@ -144,7 +144,9 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   if (!parts_->begun) parts_->begun = search.begin(parts_->stood, parts_->local, before, count);
   if (effort == LawEffort::foreseen && !parts_->begun->along.foreseesPlain()) return out;
   const bool plain = effort != LawEffort::whole;
-  const Hypothesis law = plain ? search.plain(*parts_->begun) : search.best(*parts_->begun);
+  const Hypothesis law = effort == LawEffort::foreseen ? search.plainAlongPath(*parts_->begun)
+                         : plain                       ? search.plain(*parts_->begun)
+                                                       : search.best(*parts_->begun);
   const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
   if (plain && (law.terms.empty() || std::any_of(law.terms.begin(), law.terms.end(), inCatalogue))) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
