@@ -15,6 +15,9 @@ constexpr long fewest_samples = 8;
 /// Steps at each of them.
 constexpr int growing_passes = 10;
 
+/// Finite difference of a sensor's offset that goes round the loop [m].
+constexpr double step_of_offset_m = 2e-9;
+
 Stretch wholeOf(const Recording& rec, const Model& base) {
   Stretch whole = stretchOf(rec, base);
   whole.contact_step_s = contactStep(base);
@@ -105,10 +108,19 @@ ContactWindow::ContactWindow(const WindowedRun& run, long first, long last)
   stretch_.by_events = run.whole.by_events && !slidesThroughout(run.rec, run.base(), first, last);
 }
 
+double ContactWindow::shareOfDrift(long sample) const { return static_cast<double>(first_ + sample) / run_.rec.samples - 0.5; }
+
 double ContactWindow::offset(int channel, long sample) const {
-  if (channel >= 4) return 0.0;
-  const double share = static_cast<double>(first_ + sample) / run_.rec.samples - 0.5;
-  return run_.local.offset_m[channel] + run_.local.drift_m[channel] * share;
+  if (channel >= axis_count || run_.rec.offsets_in_loop) return 0.0;
+  return run_.local.offset_m[channel] + run_.local.drift_m[channel] * shareOfDrift(sample);
+}
+
+LaneJob ContactWindow::jobFrom(const Model& model, const MachineState<double>& from) const {
+  LaneJob job = jobOf(run_.rec, model, run_.local.angle_rad);
+  job.start = &from;
+  for (int a = 0; a < axis_count && run_.rec.offsets_in_loop; ++a)  // a drift is next to nothing within a window
+    job.offset_m[a] = run_.local.offset_m[a] + run_.local.drift_m[a] * shareOfDrift(samples_ / 2);
+  return job;
 }
 
 double ContactWindow::squaresOf(const double* out) const {
@@ -128,8 +140,7 @@ std::vector<MachineState<double>> ContactWindow::byPrediction(std::vector<Machin
   std::vector<LaneJob> jobs;
   std::vector<double> outs(width * guesses.size());
   for (std::size_t k = 0; k < guesses.size(); ++k) {
-    jobs.push_back(jobOf(run_.rec, run_.base(), run_.local.angle_rad));
-    jobs.back().start = &guesses[k];
+    jobs.push_back(jobFrom(run_.base(), guesses[k]));
     jobs.back().out = outs.data() + k * width;
     guesses[k].pending.resize(guesses[0].pending.size(),
                               guesses[0].pending.empty() ? PendingCommand<double>{} : guesses[0].pending.back());
@@ -150,13 +161,17 @@ bool ContactWindow::linearise(bool with_coordinates) {
   std::vector<std::vector<double>> changes;
   for (int k = 0; k < w; ++k) changes.push_back(run_.unknowns.change(k, run_.unknowns.scale(k, steps_of_start)));
   const auto add = [&](const Model& model, const double* change) {
-    jobs.push_back(jobOf(run_.rec, model, run_.local.angle_rad));
-    jobs.back().start = &start;
+    jobs.push_back(jobFrom(model, start));
     jobs.back().start_change = change;
   };
   add(run_.base(), nullptr);
   for (int k = 0; k < g; ++k) add(run_.models[k + 1], nullptr);
   for (int k = 0; k < w; ++k) add(run_.base(), changes[k].data());
+  const bool moves = with_coordinates && r > 0 && run_.rec.offsets_in_loop;  // what an offset does is predicted, too
+  for (int a = 0; a < axis_count && moves; ++a) {
+    add(run_.base(), nullptr);
+    jobs.back().offset_m[a] += step_of_offset_m;
+  }
   Stretch stretch = stretch_;
   stretch.last = first_ + used_;
   const std::size_t width = static_cast<std::size_t>(used_) * predicted_channels;
@@ -164,7 +179,7 @@ bool ContactWindow::linearise(bool with_coordinates) {
   for (std::size_t k = 0; k < jobs.size(); ++k) jobs[k].out = predicted.data() + k * width;
   jobs[0].end = &end;
   if (run_.unknowns.hasRing()) ends.resize(w);
-  for (std::size_t k = 0; k < ends.size(); ++k) jobs[jobs.size() - w + k].end = &ends[k];
+  for (std::size_t k = 0; k < ends.size(); ++k) jobs[1 + g + k].end = &ends[k];
   predict(stretch, jobs);
   if (!std::all_of(jobs.begin(), jobs.end(), [](const LaneJob& job) { return job.finite; })) return false;
   const int columns = g + w, size = columns + r;
@@ -184,10 +199,15 @@ bool ContactWindow::linearise(bool with_coordinates) {
       const double y = predicted[place];
       for (int k = 0; k < columns; ++k) rows(i, k) = (predicted[(k + 1) * width + place] - y) / steps[k] * weight;
       residuals[i] = (run_.rec.measured[(first_ + i) * predicted_channels + c] - y) * weight;
-      if (r > 0 && c < 4) {
-        residuals[i] -= offset(c, i) * weight;
+      if (r > 0) residuals[i] -= offset(c, i) * weight;
+      for (int a = 0; a < axis_count && moves; ++a) {
+        const double shown = (predicted[(columns + 1 + a) * width + place] - y) / step_of_offset_m * weight;
+        rows(i, columns + a) = shown;
+        rows(i, columns + axis_count + a) = shown * shareOfDrift(samples_ / 2);
+      }
+      if (r > 0 && c < axis_count && !run_.rec.offsets_in_loop) {
         rows(i, columns + c) = weight;
-        rows(i, columns + 4 + c) = weight * (static_cast<double>(first_ + i) / run_.rec.samples - 0.5);
+        rows(i, columns + axis_count + c) = weight * shareOfDrift(i);
       }
     }
     h.noalias() += rows.transpose() * rows;

@@ -63,7 +63,7 @@ struct WindowedRun {
 
   const Model& base() const { return models[0]; }
   int coordinates() const { return static_cast<int>(steps.size()); }
-  int offsetUnknowns() const { return offsets ? 8 : 0; }  ///< offsets, drifts of the displacement channels
+  int offsetUnknowns() const { return offsets ? 2 * axis_count : 0; }  ///< offsets, drifts of the sensors
 
   const Recording& rec;
   std::vector<Model> models;
@@ -82,6 +82,7 @@ class ContactWindow {
 
   long samples() const { return samples_; }
   double residuals() const { return static_cast<double>(samples_) * run_.channels; }
+  /// What the sensors' offsets add to a prediction that knows nothing of them.
   double offset(int channel, long sample) const;
 
   /// Predicts the window from `start`, with a column for each unknown of it and, where asked for, each coordinate before
@@ -103,6 +104,9 @@ class ContactWindow {
   std::vector<double> predicted;           ///< the base's comes first
 
  private:
+  double shareOfDrift(long sample) const;
+  /// A prediction of the base or another model from where the window begins.
+  LaneJob jobFrom(const Model& model, const MachineState<double>& from) const;
   std::vector<MachineState<double>> byPrediction(std::vector<MachineState<double>> guesses) const;
   double squaresOf(const double* out) const;
   /// Moves the start to where it fits best from `guess`; the squares that are left.

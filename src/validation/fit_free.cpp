@@ -204,8 +204,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   if (frozen > 0) near_by = options.frozen->of_recording.at(static_cast<int>(&rec - recordings_.data()));
   const int la = angle ? 1 : turning ? 2 : 0;  // the shaft's
   const double shaft_step[2] = {angle_step_rad, speed_step};
-  const bool offsets = offset_std_ > 0.0;
-  const int local_size = la + (offsets ? 8 : 0);
+  const bool offsets = offset_std_ > 0.0, in_loop = offsets && rec.offsets_in_loop;
+  const int lc = la + (in_loop ? 2 * axis_count : 0);  // the shaft's, and offsets and drifts that are predicted
+  const int local_size = la + (offsets ? 2 * axis_count : 0);
   const int size = g + local_size;
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
@@ -215,7 +216,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   for (int k = 0; k < g; ++k) step[k] = 1.0 / free_steps_[moved[k]];
 
   constexpr long block = 256;
-  const int dense = g + la;  // columns that come from predictions
+  const int dense = g + lc;  // columns that come from predictions
   Eigen::MatrixXd columns(block, dense + 3);  // and 1, t, residual of one channel
   const auto fill = [&](int c, long from, long rows, double weight) {
     const double* base = outs.data();
@@ -225,6 +226,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
       for (int k = 0; k < frozen; ++k) columns(i, k) = (*near_by)(at, moved[k]);
       for (int k = frozen; k < g; ++k) columns(i, k) = (outs[(k - frozen + 1) * width + at] - y) * step[k] * weight;
       for (int k = 0; k < la; ++k) columns(i, g + k) = (outs[(lanes + k) * width + at] - y) / shaft_step[k] * weight;
+      for (int k = la; k < lc; ++k) columns(i, g + k) = rec.offset_columns[at * 2 * axis_count + (k - la)] * weight;
       columns(i, dense) = weight;
       columns(i, dense + 1) = weight * (static_cast<double>(from + i) / n - 0.5);
       columns(i, dense + 2) = (rec.measured[at] - y) * weight;
@@ -244,7 +246,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     count += static_cast<double>(n);
     gram.topLeftCorner(dense, dense) += small.topLeftCorner(dense, dense);
     right.head(dense) += small.col(dense + 2).head(dense);
-    if (offsets && c < 4) {
+    if (offsets && !in_loop && c < 4) {
       const int o = dense + c, d = dense + 4 + c;
       for (int which = 0; which < 2; ++which) {
         const int at = which == 0 ? o : d;
@@ -320,8 +322,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
     Eigen::VectorXd taken = Eigen::VectorXd::Zero(dense + 3);  // of the columns; the residual itself is the last
-    taken.segment(g, la) = -solved.head(la);
-    if (offsets && c < 4) taken.segment(dense, 2) << -solved[la + c], -solved[la + 4 + c];
+    taken.segment(g, lc) = -solved.head(lc);
+    if (offsets && !in_loop && c < 4) taken.segment(dense, 2) << -solved[la + c], -solved[la + 4 + c];
     taken[dense + 2] = 1.0;
     result.channel_mean_square[c] = taken.dot(products[c] * taken) / n;
   }
@@ -337,11 +339,11 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
         for (long i = 0; i < rows; ++i) {
           Eigen::VectorXd row = columns.row(i).head(g);
           double r = columns(i, dense + 2);
-          for (int k = 0; k < la; ++k) {
+          for (int k = 0; k < lc; ++k) {
             row -= columns(i, g + k) * cross.row(k).transpose();
             r -= columns(i, g + k) * solved[k];
           }
-          if (offsets && c < 4)
+          if (offsets && !in_loop && c < 4)
             for (int which = 0; which < 2; ++which) {
               row -= columns(i, dense + which) * cross.row(la + 4 * which + c).transpose();
               r -= columns(i, dense + which) * solved[la + 4 * which + c];
@@ -357,7 +359,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     for (std::size_t at = 0; at < width; ++at)
       for (int k = 0; k < la; ++k)
         result.predicted[at] += (outs[(lanes + k) * width + at] - outs[at]) / shaft_step[k] * solved[k];
-    for (long i = 0; i < n; ++i)
+    for (std::size_t at = 0; at < width && in_loop; ++at)
+      for (int k = la; k < lc; ++k) result.predicted[at] += rec.offset_columns[at * 2 * axis_count + (k - la)] * solved[k];
+    for (long i = 0; i < n && !in_loop; ++i)
       for (int a = 0; a < 4; ++a)
         result.predicted[i * predicted_channels + a] +=
             local.offset_m[a] + local.drift_m[a] * (static_cast<double>(i) / n - 0.5);

@@ -167,8 +167,9 @@ std::vector<Recording> prepareRecordings(const Dataset& dataset) {
     for (const auto& remarks : {sensorRemarks(rec, dataset), channelRemarks(rec, dataset), excitationRemarks(rec, dataset),
                                 turningRemarks(rec), clockRemarks(rec)})
       rec.remarks.insert(rec.remarks.end(), remarks.begin(), remarks.end());
-    rec.stays_inside = staysInside(rec, dataset.belief);
   }
+  applyLoopReading(recordings, dataset.belief);
+  for (Recording& rec : recordings) rec.stays_inside = staysInside(rec, dataset.belief);
   return recordings;
 }
 

@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -95,17 +94,26 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
     const auto outs = changes({rec, part.angle_rad, part.run_in_s, part.predicted});
     if (outs.empty()) return;
     constexpr long block = 256;
-    Eigen::MatrixXd columns(block, size + 2);  // and 1, t of one channel
+    const bool in_loop = rec.offsets_in_loop;
+    const int own = in_loop ? 2 * axis_count : 2;  // 1, t of one channel, or what offsets and drifts show there
+    Eigen::MatrixXd columns(block, size + own), all = Eigen::MatrixXd::Zero(size + own, size + own);
+    const auto eliminate = [&](const Eigen::MatrixXd& sums) {
+      Eigen::MatrixXd locals = sums.bottomRightCorner(own, own);
+      locals.diagonal().array() += 1.0 / (offset_std_ * offset_std_);
+      grams[n] -= sums.topRightCorner(size, own) * Ldlt(locals).solveColumns(sums.bottomLeftCorner(own, size));
+    };
     for (int c = 0; c < predicted_channels; ++c) {
       if (rec.noise[c] <= 0.0) continue;
       const double weight = 1.0 / rec.noise[c];
-      Eigen::MatrixXd small = Eigen::MatrixXd::Zero(size + 2, size + 2);
+      Eigen::MatrixXd small = Eigen::MatrixXd::Zero(size + own, size + own);
       for (long from = std::lround(from_s * rec.run.sample_rate_hz); from < rec.samples; from += block) {
         const long rows = std::min(block, rec.samples - from);
         for (long i = 0; i < rows; ++i) {
           const long at = (from + i) * predicted_channels + c;
           columns.row(i).head(p + 1) = part.columns.row(at).cast<double>();
           for (int k = 0; k < s; ++k) columns(i, p + 1 + k) = outs[k].empty() ? 0.0 : outs[k][at] * weight;
+          for (int k = 0; k < own && in_loop; ++k) columns(i, size + k) = rec.offset_columns[at * own + k] * weight;
+          if (in_loop) continue;
           columns(i, size) = weight;
           columns(i, size + 1) = weight * (static_cast<double>(from + i) / rec.samples - 0.5);
         }
@@ -113,12 +121,10 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
       }
       small = small.selfadjointView<Eigen::Lower>();
       grams[n] += small.topLeftCorner(size, size);
-      if (offset_std_ > 0.0 && c < 4) {
-        Eigen::Matrix2d own = small.bottomRightCorner<2, 2>();
-        own.diagonal().array() += 1.0 / (offset_std_ * offset_std_);
-        grams[n] -= small.topRightCorner(size, 2) * own.inverse() * small.bottomLeftCorner(2, size);
-      }
+      if (in_loop) all += small;
+      if (offset_std_ > 0.0 && !in_loop && c < 4) eliminate(small);
     }
+    if (offset_std_ > 0.0 && in_loop) eliminate(all);
   });
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
   for (const auto& part : grams) gram += part;

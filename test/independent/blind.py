@@ -10,7 +10,8 @@ each law of no catalogue once and five pairs; then again on other rigs. A set th
 Drawn: mass 1.2 to 12 kg, lever arms that differ, Ki, bias, gap, gravity or none, integral action or none, controllers
 at 8, 10 and 20 kHz, delays of 30 to 170 us, two in five rigs with a polar inertia, contact and friction. Off by their
 stated uncertainty: mass, Ki, contact stiffness, unbalance, constant speeds (0.1 %), the sensors' offset and drift.
-Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
+With --offsets loop the controller acts on the sensors' offset and drift, and the offset is one for all runs; else it lies in
+the recording alone. Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
 Effects with contact are always recorded with rubs and drops, the others in half of the sets.
 
 Left out: quantised currents finer than 1 mA, speeds that a rub slows down, friction off by its uncertainty.
@@ -147,16 +148,17 @@ def drawn_truth(dice, belief):
 class Recorder:
     """Runs of one true rig with their noise."""
 
-    def __init__(self, dice, simulator, truth, law):
+    def __init__(self, dice, simulator, truth, law, offsets_in_loop):
         self.dice, self.simulator, self.truth, self.law = dice, simulator, truth, law
+        self.offsets_in_loop = offsets_in_loop
         sigma = 10 ** dice.uniform(-0.7, 0) * 1e-6
         self.sensor_noise = sigma * dice.uniform(0.7, 1.4, 4)
         self.amplifier_noise = dice.uniform(0.002, 0.008, 4)
         self.offset = OFFSET_M * dice.normal(size=4)
         self.clearance = truth["auxiliary_bearing"]["clearance_m"]
 
-    def quiet(self, effects, run, angle, disturbance=None, law=None):
-        return sets.record(self.simulator, self.truth, effects, run, angle, disturbance, extra=law)
+    def quiet(self, effects, run, angle, disturbance=None, law=None, offsets=None):
+        return sets.record(self.simulator, self.truth, effects, run, angle, disturbance, extra=law, offsets=offsets)
 
     def check_reach(self, run, channels):
         radius = max(np.hypot(channels[:, e], channels[:, e + 1]).max() for e in (0, 2)) / self.clearance
@@ -171,16 +173,17 @@ class Recorder:
         for run in runs:
             angle, records = dice.uniform(-3, 3), run["records"]
             disturbance = IN_LOOP * self.sensor_noise * dice.normal(size=(records, 4))
-            channels, tacho = self.quiet(effects, run, angle, disturbance, self.law)
+            drift = OFFSET_M * dice.normal(size=4)
+            acted_on = np.array([self.offset, drift]) if self.offsets_in_loop else None
+            channels, tacho = self.quiet(effects, run, angle, disturbance, self.law, acted_on)
             self.check_reach(run, channels)
             if run["kind"] == "steady":
-                still, _ = self.quiet(effects, run, angle, None, self.law)
+                still, _ = self.quiet(effects, run, angle, None, self.law, acted_on)
                 loop.append((channels - still).std(axis=0))
             if run["kind"] not in CONTACT_KINDS and (effects or self.law):
-                without, _ = self.quiet([], run, angle, disturbance)
+                without, _ = self.quiet([], run, angle, disturbance, None, acted_on)
                 changes.append(channels - without)
             shown = channels.copy()
-            drift = OFFSET_M * dice.normal(size=4)
             shown[:, :4] += self.offset + np.outer(np.linspace(0, 1, records), drift) + disturbance
             shown[:, :4] += math.sqrt(1 - IN_LOOP ** 2) * self.sensor_noise * dice.normal(size=(records, 4))
             shown[:, 4:] += self.amplifier_noise * dice.normal(size=(records, 4))
@@ -202,7 +205,7 @@ def limited_current(recorder, effects, runs):
             effect["parameters"]["max_current_A"] = recorder.truth["amb"]["bias_current_A"] + 0.85 * float(largest)
 
 
-def try_set(dice, simulator, kind, names, folder):
+def try_set(dice, simulator, kind, names, folder, offsets_in_loop):
     belief = draw_rig(dice)
     catalogue = cases.effects_of(belief)
     law = names[0] if kind == "unknown" else None
@@ -216,7 +219,7 @@ def try_set(dice, simulator, kind, names, folder):
     with_contact = any(name in cases.CONTACT for name in names) or dice.random() < 0.5
     runs = sets.plan(belief, duration=0.8, contact=with_contact)
     law_parameters = drawn_law(dice, law, belief)
-    recorder = Recorder(dice, simulator, truth, law_parameters)
+    recorder = Recorder(dice, simulator, truth, law_parameters, offsets_in_loop)
     for run in runs:  # most rigs that do not do show it here
         if run["kind"] == "drop":
             recorder.check_reach(run, recorder.quiet(effects, run, 0.3, None, law_parameters)[0])
@@ -234,12 +237,12 @@ def try_set(dice, simulator, kind, names, folder):
     return difference
 
 
-def make_set(seed, index, simulator, folder, attempts=60):
+def make_set(seed, index, simulator, folder, offsets_in_loop, attempts=60):
     kind, names = hidden_in(index, seed)
     for attempt in range(attempts):
         dice = np.random.default_rng([seed, index, 2 + attempt])
         try:
-            difference = try_set(dice, simulator, kind, names, folder)
+            difference = try_set(dice, simulator, kind, names, folder, offsets_in_loop)
         except (Unfit, ArithmeticError) as reason:
             print(f"{folder.name}: another rig: {reason}", file=sys.stderr)
             continue
@@ -254,6 +257,8 @@ def main():
     parser.add_argument("--seed", type=int, default=1, metavar="S")
     parser.add_argument("--out", required=True, metavar="DIR")
     parser.add_argument("--only", type=int, action="append", metavar="INDEX", help="only this set; may be repeated")
+    parser.add_argument("--offsets", choices=("recording", "loop"), default="recording",
+                        help="whether the controller acts on what the sensors are off by (default: recording)")
     args = parser.parse_args()
     out = pathlib.Path(args.out)
     out.mkdir(parents=True, exist_ok=True)
@@ -261,7 +266,7 @@ def main():
     for index in args.only or range(args.sets):
         folder = out / f"set-{index:04d}"
         if not (folder / "truth.yaml").exists():
-            make_set(args.seed, index, simulator, folder)
+            make_set(args.seed, index, simulator, folder, args.offsets == "loop")
 
 
 if __name__ == "__main__":

@@ -28,10 +28,11 @@ class Simulator:
         self.names = self._library.parameter_names().decode().split()
 
     def run(self, parameters, unbalances, knots, angle, record_hz, excitation=None, records=None, events=(),
-            settle=1.5, step=1e-5, disturbance=None):
+            settle=1.5, step=1e-5, disturbance=None, offsets=None):
         """Channels, records x 8: signals ax ay bx by [m], currents ax ay bx by [A].
 
         knots: rows of time [s] and speed [rad/s]; angle [rad] at time 0; excitation: records x 4 [A].
+        offsets: of the sensors and their drift, 2 x 4 [m], that the controller acts on.
         """
         unknown = set(parameters) - set(self.names)
         if unknown:
@@ -46,6 +47,7 @@ class Simulator:
         u, w, e = block(unbalances, 4), block(knots, 2), block(events, 2)
         x = None if excitation is None else block(excitation, 4)
         n = None if disturbance is None else block(disturbance, 4)
+        o = None if offsets is None else block(offsets, 4)
 
         def pointer(rows):
             return None if rows is None else rows.ctypes.data_as(ctypes.c_void_p)
@@ -53,7 +55,7 @@ class Simulator:
         c = ctypes.c_double
         status = self._library.simulate(
             pointer(values), pointer(u), len(u), pointer(w), len(w), c(angle), c(settle), c(step), c(record_hz),
-            records, pointer(x), pointer(e), len(e), pointer(n), pointer(out))
+            records, pointer(x), pointer(e), len(e), pointer(n), pointer(o), pointer(out))
         if status or not np.all(np.isfinite(out)):
             raise ArithmeticError("the motion diverged")
         return out

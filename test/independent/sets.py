@@ -123,7 +123,8 @@ def spin(run, effects, polar):
     return np.array([[0.0, w]])
 
 
-def record(simulator, block, effects, run, angle, disturbance=None, free_step=1e-5, contact_step=1e-6, extra=None):
+def record(simulator, block, effects, run, angle, disturbance=None, free_step=1e-5, contact_step=1e-6, extra=None,
+           offsets=None):
     """(channels, tacho) of one run: channels as Simulator.run gives them. extra: further parameters of the program."""
     parameters, unbalances = driver.machine(block, effects)
     parameters.update(extra or {})
@@ -132,7 +133,7 @@ def record(simulator, block, effects, run, angle, disturbance=None, free_step=1e
     # a loop of 20/s is e^-20 of its start; a foundation, a weakly damped loop say more
     settle = run.get("settle", 1.0)
     channels = simulator.run(parameters, unbalances, knots, angle, run["record_hz"], run["excitation"], run["records"],
-                             run["events"], settle=settle, step=fine, disturbance=disturbance)
+                             run["events"], settle=settle, step=fine, disturbance=disturbance, offsets=offsets)
     return channels, driver.tacho(knots, angle, run["record_hz"], run["records"])
 
 

@@ -287,11 +287,12 @@ extern "C" const char* parameter_names() {
 // run-in from rest at the starting speed, without excitation. `excitation`: n_records x 4 [A] or null, each
 // row held until the next; `events`: n x 2, time and 1 for amb_on, 0 for amb_off. `disturbance`: n_records x
 // 4 [m] or null, added to the signals that the controller reads (noise that goes round the loop), not to what
-// is recorded.
+// is recorded. `offsets`: 2 x 4 [m] or null, likewise: what the sensors are off by from the run-in on, and how far they
+// drift from the first record to the last.
 extern "C" int simulate(const double* values, const double* unbalances, int n_unbalances, const double* knots,
                         int n_knots, double angle, double settle, double step, double record_hz,
                         int n_records, const double* excitation, const double* events, int n_events,
-                        const double* disturbance, double* out) {
+                        const double* disturbance, const double* offsets, double* out) {
   Machine m;
   std::memcpy(&m.p, values, sizeof(Parameters));
   const Parameters& p = m.p;
@@ -336,6 +337,9 @@ extern "C" int simulate(const double* values, const double* unbalances, int n_un
       const long row = std::lround(t * record_hz);
       if (disturbance && row >= 0 && row < n_records)
         for (int c = 0; c < 4; ++c) signal[c] += disturbance[4 * row + c];
+      if (offsets)
+        for (int c = 0; c < 4; ++c)
+          signal[c] += offsets[c] + offsets[4 + c] * std::max(0.0, t) * record_hz / std::max(1, n_records - 1);
       std::array<double, 4> i;
       for (int c = 0; c < 4; ++c) {
         if (first) last[c] = signal[c];

@@ -2,8 +2,8 @@
 // Least squares of a model against recordings, with everything that belongs to one run or window only eliminated
 // on the spot (Schur complement), so that a fit has as many unknowns as the machine has parameters.
 //
-// Local unknowns: of a run, the offset and the linear drift of each displacement channel (they lie in the recording,
-// not in the control loop), at standstill the shaft's angle where the model depends on it, at a constant speed what the
+// Local unknowns: of a run, the offset and the linear drift of each sensor (they lie in the recording alone, or go round the
+// control loop where the data say so: loop_offsets.hpp), at standstill the shaft's angle where the model depends on it, at a constant speed what the
 // first turns leave open of angle and speed (their pulses' times are rounded); of a window of 10 ms in a run with contact,
 // its starting mechanics, currents and integrators besides.
 #include <Eigen/Core>

@@ -38,6 +38,7 @@ struct LaneJob {
   double angle0_rad = 0.0, speed_rad_s = 0.0;
   double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
   double drift_m_per_s[4] = {0, 0, 0, 0};
+  double integral_m_s[4] = {0, 0, 0, 0};    ///< that the controller's integrators hold in a run-in and begin with
   const MachineState<double>* start = nullptr;  ///< at instant `first`; null: settled at t = 0 (first must be 0)
   /// Where there is no starting state: a motion from which the run-in begins instead of from rest, at the shaft's angle of
   /// instant `first`; settle_s is whole turns then. Of several motions that a machine can settle in it tells the one.

@@ -156,10 +156,11 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     before.restIntegrators();
     before.settleLags(stretch.settle_s);
     const double begin = start_time - std::ceil(stretch.settle_s * rate) / rate;
-    state = before.atRest(begin - std::ceil(stretch.calm_s * rate) / rate);
     const bool moving = jobs[0].settle_from != nullptr;
+    state = before.atRest(moving ? begin : begin - std::ceil(stretch.calm_s * rate) / rate);
+    for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
+      for (int a = 0; a < 4; ++a) setLane(state.controller[a].integral, l, jobs[l < count ? l : count - 1].integral_m_s[a]);
     if (moving) {
-      state = before.atRest(begin);
       for (std::size_t l = 0; l < count; ++l) takeMotion(*jobs[l].settle_from, machine.spin(), l, state);
     }
     if (stretch.calm_s > 0.0 && !moving) {

@@ -8,6 +8,7 @@
 #include "amb_rotor/analysis/tacho.hpp"
 #include "amb_rotor/excitation/schedule.hpp"
 #include "amb_rotor/validation/dataset.hpp"
+#include "amb_rotor/validation/loop_offsets.hpp"
 #include "amb_rotor/validation/predict.hpp"
 
 namespace amb_rotor {
@@ -34,6 +35,9 @@ struct Recording {
   double angle_std_rad = 0.0, speed_std_rad_s = 0.0, first_turns_s = 0.0;
   std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
   bool stays_inside = false;            ///< no end can have touched: predicted without contact
+  bool offsets_in_loop = false;         ///< the sensors' offsets and drifts: the controller acts on them, too
+  std::vector<double> offset_columns;   ///< then: what they show without contact, see offsetsInLoop()
+  std::array<double, axis_count> integral_m_s{};  ///< of the controller's integrators at the start of a run without contact
   TachoPulses pulses;
   std::vector<std::string> remarks;     ///< what is odd in the data: dropouts, missing pulses, saturation
 

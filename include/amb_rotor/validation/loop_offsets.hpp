@@ -1,0 +1,46 @@
+#pragma once
+// What the controller's law says of a recording: where the sensors' offsets lie, and where its integrators stood at the start.
+//
+// A PID by axis holds  y(t) = i - excitation + kp s + kd s' + ki int_0^t s = -ki I(0)  but for what turns or rings, whatever forces act. Of an
+// offset o that lies in the recording alone the current knows nothing: it adds kp o + ki o t to y. One in the loop adds nothing; it then
+// moves the rotor and its currents by what the closed loop makes of it.
+// Left out: controllers beyond a PID by axis; offsets in the loop of integrators that begin at 0. Their offsets are taken to lie in the
+// recording alone, and their integrators to begin at 0.
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "amb_rotor/model/model.hpp"
+#include "amb_rotor/validation/predict.hpp"
+
+namespace amb_rotor {
+
+struct Recording;
+
+/// Of a recording, by axis ax, ay, bx, by; NaN where a channel is not there.
+struct LawReading {
+  Eigen::Vector4d offset_m;    ///< that lies in the recording alone
+  Eigen::Vector4d integral_A;  ///< ki I(0); 0 without integrator
+};
+
+/// Least squares of mean and, with an integrator, slope of y, weighted by a Hann window, which leaves next to nothing of what turns.
+LawReading readLaw(const Recording& rec, const Model& belief);
+
+/// What the recordings of a set say together.
+struct LoopReading {
+  bool offsets_in_loop = false;     ///< the median offset beside the law is less than a tenth of the stated deviation
+  bool integrators_settled = false; ///< they begin where forces and offsets hold them, and not at 0
+};
+
+/// By the runs without contact; both false where the belief has no plain PID, or a channel is missing.
+LoopReading readLoop(const std::vector<Recording>& recordings, const Model& belief, double offset_std_m);
+
+/// What constant offsets of the sensors, then drifts that grow from the start to 1 m at the end, show in a recording without contact by
+/// the belief's loop: samples * predicted_channels rows of 2 * axis_count [1 or A/m]. It is taken for that of the true rig: what Ki or a
+/// sensor's gain is off by changes it in proportion. Empty: the belief does not stay finite.
+std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief);
+
+/// Fills what the recordings say into them: offsets_in_loop, offset_columns, integral_m_s.
+void applyLoopReading(std::vector<Recording>& recordings, const Model& belief);
+
+}  // namespace amb_rotor

@@ -1,0 +1,249 @@
+// Sensors' offsets that go round the control loop, and integrators that are settled when a recording begins: told by the controller's
+// law, the offsets' response against the statics of a beam on its bearings, and fits that are not taken in by them.
+#include "amb_rotor/validation/loop_offsets.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "../support/made_sets.hpp"
+#include "../support/models.hpp"
+#include "amb_rotor/common/units.hpp"
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+namespace {
+
+using namespace testing_support;
+
+constexpr double loop_offset_m[4] = {1.2e-6, -0.8e-6, 0.6e-6, 1.0e-6};
+
+/// What a machine shows from the run's settled start, its sensors off by so much, the mean of a drift among it.
+std::vector<double> shownWith(const Model& model, const Recording& rec, const double* offset_m, double drift_m) {
+  std::vector<double> out(rec.samples * predicted_channels);
+  std::vector<LaneJob> jobs = {jobOf(rec, model, 0.0)};
+  for (int a = 0; a < axis_count && offset_m != nullptr; ++a) {
+    jobs[0].offset_m[a] = offset_m[a];
+    jobs[0].drift_m_per_s[a] = drift_m / rec.duration();
+  }
+  jobs[0].out = out.data();
+  predict(stretchOf(rec, model), jobs);
+  EXPECT_TRUE(jobs[0].finite);
+  return out;
+}
+
+/// The recording of a rig whose offsets go round the loop: what the generator has put into the recording alone, constant or drifting, is
+/// taken out.
+Recording withOffsetsInLoop(Recording rec, const Model& truth) {
+  const std::vector<double> with = shownWith(truth, rec, loop_offset_m, 0.5e-6), without = shownWith(truth, rec, nullptr, 0.0);
+  for (int c = 0; c < predicted_channels; ++c) {
+    double mean = 0.0, along = 0.0, squares = 0.0;
+    for (long i = 0; i < rec.samples && c < axis_count; ++i) {
+      const std::size_t at = i * predicted_channels + c;
+      const double share = (i + 0.5) / static_cast<double>(rec.samples) - 0.5;
+      mean += (rec.measured[at] - without[at]) / static_cast<double>(rec.samples);
+      along += share * (rec.measured[at] - without[at]);
+      squares += share * share;
+    }
+    for (long i = 0; i < rec.samples; ++i) {
+      const std::size_t at = i * predicted_channels + c;
+      rec.measured[at] += with[at] - without[at];
+      if (c < axis_count) rec.measured[at] -= mean + along / squares * ((i + 0.5) / static_cast<double>(rec.samples) - 0.5);
+    }
+  }
+  return rec;
+}
+
+TEST(LoopOffsets, InTheRecordingAloneTheyAreBesideTheControllersLaw) {
+  const MadeSet& made = cleanSet();
+  EXPECT_FALSE(readLoop(made.recordings, made.dataset.belief, made.offset_std_m).offsets_in_loop);
+  EXPECT_FALSE(made.recordings[0].offsets_in_loop);
+}
+
+TEST(LoopOffsets, InTheLoopTheControllerActsOnThem) {
+  const MadeSet& made = cleanSet();
+  std::vector<Recording> recordings;
+  for (const int run : made.runs(RunUse::fit, false)) {
+    const Recording& rec = made.recordings[run];
+    recordings.push_back(rec);
+    recordings.back().measured = shownWith(made.truth(), rec, loop_offset_m, 0.5e-6);
+  }
+  EXPECT_TRUE(readLoop(recordings, made.dataset.belief, made.offset_std_m).offsets_in_loop);
+  // offsets that nobody states are none
+  EXPECT_FALSE(readLoop(recordings, made.dataset.belief, 0.0).offsets_in_loop);
+  Model without_coils = made.dataset.belief;
+  without_coils.amb_model = AmbModel::equivalent;
+  EXPECT_FALSE(readLoop(recordings, without_coils, made.offset_std_m).offsets_in_loop);
+}
+
+/// Half a second of a rotor that its weight pulls at and that a controller with integrators holds, which begin with so much.
+Recording heldByIntegrators(const Model& model, double share, const double* offset_m) {
+  Recording rec;
+  rec.run.kind = RunKind::steady;
+  rec.run.sample_rate_hz = 1e4;
+  rec.samples = 5000;
+  rec.speed_rad_s = radPerSecond(70.0);
+  rec.noise.fill(1e-7);
+  // at the sensors' zero each bearing carries half of the weight, by its current alone
+  const auto& rig = model.rig;
+  const double current = 0.5 * rig.rotor.mass_kg * 9.81 / rig.amb.current_stiffness_N_per_A;
+  for (const int a : {1, 3}) rec.integral_m_s[a] = -share * current / rig.controller.ki_A_per_m_s;
+  rec.measured.resize(rec.samples * predicted_channels);
+  std::vector<LaneJob> jobs = {jobOf(rec, model, 0.0)};
+  if (offset_m != nullptr) std::copy_n(offset_m, axis_count, jobs[0].offset_m);
+  jobs[0].out = rec.measured.data();
+  predict(stretchOf(rec, model), jobs);
+  EXPECT_TRUE(jobs[0].finite);
+  return rec;
+}
+
+Model heavyRotor() {
+  Model model = withUnbalance(levitated(), 2e-5, 0.3);
+  model.rig.gravity_m_s2 = 9.81;
+  model.rig.controller.ki_A_per_m_s = 2e4;
+  return model;
+}
+
+TEST(LoopOffsets, WhereIntegratorsStoodIsReadOffTheLaw) {
+  const Model model = heavyRotor();
+  const Recording settled = heldByIntegrators(model, 1.0, nullptr), begun = heldByIntegrators(model, 0.0, nullptr);
+  const double current = 0.5 * model.rig.rotor.mass_kg * 9.81 / model.rig.amb.current_stiffness_N_per_A;
+  for (const int a : {1, 3}) {
+    // what turns leaves 1e-4 of its 10 um (0.1 A) behind the window; delay and lag, 0.18 ms, stand for 1e-3 of a current that comes
+    // in a quarter of a second
+    EXPECT_NEAR(readLaw(settled, model).integral_A[a], -current, 1e-4);
+    EXPECT_NEAR(readLaw(begun, model).integral_A[a], 0.0, 1e-3 * current);
+    EXPECT_LT(std::fabs(settled.measured[a]), 2e-5);  // it does not sag
+  }
+  EXPECT_TRUE(readLoop({settled}, model, 1e-6).integrators_settled);
+  EXPECT_FALSE(readLoop({begun}, model, 1e-6).integrators_settled);
+  // an offset of the recording alone, 1 um, is told from either
+  Recording off = begun;
+  for (long i = 0; i < off.samples; ++i) off.measured[i * predicted_channels + 1] += 1e-6;
+  EXPECT_NEAR(readLaw(off, model).offset_m[1], 1e-6, 0.1e-6);
+  EXPECT_NEAR(readLaw(off, model).integral_A[1], 0.0, 2e-3 * current);
+  EXPECT_FALSE(readLoop({off}, model, 1e-6).integrators_settled);
+}
+
+TEST(LoopOffsets, ASettledIntegratorGoesIntoThePrediction) {
+  Model model = heavyRotor();
+  model.uncertainty["sensor.offset_m"] = 1e-6;
+  std::vector<Recording> recordings = {heldByIntegrators(model, 1.0, loop_offset_m)};
+  recordings[0].integral_m_s = {};
+  applyLoopReading(recordings, model);
+  EXPECT_TRUE(recordings[0].offsets_in_loop);
+  const std::vector<double> predicted = predictedBy(model, recordings[0]);
+  for (int a = 0; a < axis_count; ++a)  // the offsets' own part is left
+    EXPECT_NEAR(predicted[a], recordings[0].measured[a], 2.5e-6) << a;
+}
+
+TEST(LoopOffsets, TheirResponseIsTheStaticsOfTheBeam) {
+  const Model model = levitated();
+  const auto& rig = model.rig;
+  Recording rec;
+  rec.run.kind = RunKind::steady;
+  rec.run.sample_rate_hz = 1e4;
+  rec.samples = 500;
+  rec.standstill = true;
+  const std::vector<double> columns = offsetsInLoop(rec, model);
+  const auto found = [&](int channel, int sensor) {
+    return columns[((rec.samples - 1) * predicted_channels + channel) * 2 * axis_count + sensor];
+  };
+  const double ki = rig.amb.current_stiffness_N_per_A, ks = rig.amb.displacement_stiffness_N_per_m, kp = rig.controller.kp_A_per_m;
+  for (int end = 0; end < 2; ++end) {
+    // sum of F_j and of z_j F_j is 0 with F_j = Ks x(z_j) - Ki kp (x(sensor_j) + o_j), x(z) = u + z beta
+    Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d asked = Eigen::Vector2d::Zero();
+    for (int j = 0; j < 2; ++j) {
+      const Eigen::Vector2d at(1.0, rig.planes.amb[j]), seen(1.0, rig.planes.sensor[j]);
+      stiffness += at * (ki * kp * seen - ks * at).transpose();
+      if (j == end) asked -= ki * kp * at;
+    }
+    const double determinant = stiffness(0, 0) * stiffness(1, 1) - stiffness(0, 1) * stiffness(1, 0);
+    const Eigen::Vector2d moved((stiffness(1, 1) * asked[0] - stiffness(0, 1) * asked[1]) / determinant,
+                                (stiffness(0, 0) * asked[1] - stiffness(1, 0) * asked[0]) / determinant);
+    for (int j = 0; j < 2; ++j) {
+      const double signal = moved[0] + rig.planes.sensor[j] * moved[1] + (j == end ? 1.0 : 0.0);
+      // the run-in of 0.15 s leaves e^-12 of the start; the probe of 1 um is 1e10 times the round-off of a displacement
+      EXPECT_NEAR(found(2 * j, 2 * end), signal, 1e-6);
+      EXPECT_NEAR(found(axis_count + 2 * j, 2 * end), -kp * signal, 1e-6 * kp);
+      EXPECT_NEAR(found(2 * j + 1, 2 * end), 0.0, 1e-9);
+    }
+  }
+}
+
+/// Mean square over the noise of the runs to fit, as the true machine leaves it.
+double leftOf(const MadeSet& made, bool in_loop) {
+  std::vector<Recording> recordings;
+  for (const int run : made.runs(RunUse::fit, false)) {
+    recordings.push_back(withOffsetsInLoop(made.recordings[run], made.truth()));
+    recordings.back().offsets_in_loop = in_loop;
+    if (in_loop) recordings.back().offset_columns = offsetsInLoop(recordings.back(), made.dataset.belief);
+  }
+  const FitSpace space(made.truth(), {});
+  const FitProblem problem(recordings, space, made.offset_std_m);
+  std::vector<LocalState> local(recordings.size());
+  std::vector<int> all;
+  for (int i = 0; i < static_cast<int>(recordings.size()); ++i) all.push_back(i);
+  EvaluationOptions options;
+  options.thorough = true;
+  options.window_passes = 3;
+  double left = 0.0;
+  for (int pass = 0; pass < 3; ++pass) {  // the offsets of runs in windows come from pass to pass
+    const NormalEquations normal = problem.evaluate(space.start(), all, local, options);
+    left = normal.squares / normal.count;
+  }
+  for (const LocalState& state : local)
+    for (int a = 0; a < axis_count && in_loop; ++a) EXPECT_NEAR(state.offset_m[a], loop_offset_m[a], 0.1e-6);
+  return left;
+}
+
+TEST(LoopOffsets, TheTrueMachineLeavesTheNoiseWhereTheyAreLookedForInTheLoop) {
+  // 1 um in the loop moves the currents by a few mA, about their noise; a model that has it in the recording alone is off by that
+  const double right = leftOf(cleanSet(), true), wrong = leftOf(cleanSet(), false);
+  EXPECT_NEAR(right, 1.0, 0.02);
+  EXPECT_GT(wrong, right + 0.1);
+}
+
+TEST(LoopOffsets, WindowsThroughContactBeginInTheLoopThatHasThem) {
+  const MadeSet& made = madeSet(21, "none", 0.0, true, {"chirp_1", "rub_1"});
+  const Model truth = made.truth();
+  Recording rec = beginningOf(made.recordings[made.indexOf("rub_1")], 3000);
+  std::vector<LaneJob> jobs = {jobOf(rec, truth, 0.0)};
+  std::copy_n(loop_offset_m, axis_count, jobs[0].offset_m);
+  jobs[0].out = rec.measured.data();
+  Stretch stretch = stretchOf(rec, truth);
+  stretch.contact_step_s = contactStep(truth);
+  predict(stretch, jobs);
+  ASSERT_TRUE(jobs[0].finite);
+  std::mt19937 generator(5);
+  std::normal_distribution<double> normal;
+  for (std::size_t at = 0; at < rec.measured.size(); ++at) rec.measured[at] += rec.noise[at % predicted_channels] * normal(generator);
+  const auto left = [&](bool in_loop, LocalState& local) {
+    rec.offsets_in_loop = in_loop;
+    const std::vector<Recording> one = {rec};
+    const FitSpace space(truth, {});
+    const FitProblem problem(one, space, made.offset_std_m);
+    std::vector<LocalState> locals(1);
+    EvaluationOptions options;
+    options.thorough = true;
+    options.window_passes = 3;
+    double mean = 0.0;
+    for (int pass = 0; pass < 3; ++pass) {
+      const NormalEquations sum = problem.evaluate(space.start(), {0}, locals, options);
+      mean = sum.squares / sum.count;
+    }
+    local = locals[0];
+    return mean;
+  };
+  LocalState local, other;
+  const double right = left(true, local), wrong = left(false, other);
+  EXPECT_LT(right, 1.0);  // each window's start is fitted
+  EXPECT_GT(wrong, right + 0.1);
+  for (int a = 0; a < axis_count; ++a) EXPECT_NEAR(local.offset_m[a], loop_offset_m[a], 0.3e-6) << a;
+}
+
+}  // namespace
+}  // namespace amb_rotor
