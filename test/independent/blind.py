@@ -11,7 +11,7 @@ Drawn: mass 1.2 to 12 kg, lever arms that differ, Ki, bias, gap, gravity or none
 at 8, 10 and 20 kHz, delays of 30 to 170 us, two in five rigs with a polar inertia, contact and friction. Off by their
 stated uncertainty: mass, Ki, contact stiffness, unbalance, constant speeds (0.1 %), the sensors' offset and drift.
 With --offsets loop the controller acts on the sensors' offset and drift, and the offset is one for all runs; else it lies in
-the recording alone. Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
+the recording alone. With --integrators settled these stand where they come to rest when a recording begins; else at 0. Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
 Effects with contact are always recorded with rubs and drops, the others in half of the sets.
 
 Left out: quantised currents finer than 1 mA, speeds that a rub slows down, friction off by its uncertainty.
@@ -40,6 +40,7 @@ ROUND = len(FREE) + len(cases.CONTACT) + CLEAN + len(LAWS) + PAIRS
 IN_LOOP = 0.4           # of a sensor's noise
 OFFSET_M = 1e-6         # of sensors, and their drift in a run
 SPEED_BELIEF = 0.001    # of a constant speed
+SETTLING = 3.0          # run-in of integrators, whose loops take up to half a second [s]
 RESOLUTION = (0.01, 0.001)  # um, A
 CONTACT_KINDS = ("rub", "drop")
 KEPT = {"max_current_A", "bias_current_A", "air_gap_m", "bandwidth_hz", "knee_flux_density_T", "delay_s", "z_m",
@@ -148,9 +149,9 @@ def drawn_truth(dice, belief):
 class Recorder:
     """Runs of one true rig with their noise."""
 
-    def __init__(self, dice, simulator, truth, law, offsets_in_loop):
+    def __init__(self, dice, simulator, truth, law, reading):
         self.dice, self.simulator, self.truth, self.law = dice, simulator, truth, law
-        self.offsets_in_loop = offsets_in_loop
+        self.offsets_in_loop, self.integrators_settled = reading.offsets == "loop", reading.integrators == "settled"
         sigma = 10 ** dice.uniform(-0.7, 0) * 1e-6
         self.sensor_noise = sigma * dice.uniform(0.7, 1.4, 4)
         self.amplifier_noise = dice.uniform(0.002, 0.008, 4)
@@ -158,7 +159,10 @@ class Recorder:
         self.clearance = truth["auxiliary_bearing"]["clearance_m"]
 
     def quiet(self, effects, run, angle, disturbance=None, law=None, offsets=None):
-        return sets.record(self.simulator, self.truth, effects, run, angle, disturbance, extra=law, offsets=offsets)
+        extra = dict(law or {}, integral_settled=float(self.integrators_settled))
+        if self.integrators_settled and self.truth["controller"]["ki_A_per_m_s"] > 0:
+            run = {**run, "settle": run.get("settle", 1.0) + SETTLING}
+        return sets.record(self.simulator, self.truth, effects, run, angle, disturbance, extra=extra, offsets=offsets)
 
     def check_reach(self, run, channels):
         radius = max(np.hypot(channels[:, e], channels[:, e + 1]).max() for e in (0, 2)) / self.clearance
@@ -205,7 +209,7 @@ def limited_current(recorder, effects, runs):
             effect["parameters"]["max_current_A"] = recorder.truth["amb"]["bias_current_A"] + 0.85 * float(largest)
 
 
-def try_set(dice, simulator, kind, names, folder, offsets_in_loop):
+def try_set(dice, simulator, kind, names, folder, reading):
     belief = draw_rig(dice)
     catalogue = cases.effects_of(belief)
     law = names[0] if kind == "unknown" else None
@@ -219,7 +223,7 @@ def try_set(dice, simulator, kind, names, folder, offsets_in_loop):
     with_contact = any(name in cases.CONTACT for name in names) or dice.random() < 0.5
     runs = sets.plan(belief, duration=0.8, contact=with_contact)
     law_parameters = drawn_law(dice, law, belief)
-    recorder = Recorder(dice, simulator, truth, law_parameters, offsets_in_loop)
+    recorder = Recorder(dice, simulator, truth, law_parameters, reading)
     for run in runs:  # most rigs that do not do show it here
         if run["kind"] == "drop":
             recorder.check_reach(run, recorder.quiet(effects, run, 0.3, None, law_parameters)[0])
@@ -237,12 +241,12 @@ def try_set(dice, simulator, kind, names, folder, offsets_in_loop):
     return difference
 
 
-def make_set(seed, index, simulator, folder, offsets_in_loop, attempts=60):
+def make_set(seed, index, simulator, folder, reading, attempts=60):
     kind, names = hidden_in(index, seed)
     for attempt in range(attempts):
         dice = np.random.default_rng([seed, index, 2 + attempt])
         try:
-            difference = try_set(dice, simulator, kind, names, folder, offsets_in_loop)
+            difference = try_set(dice, simulator, kind, names, folder, reading)
         except (Unfit, ArithmeticError) as reason:
             print(f"{folder.name}: another rig: {reason}", file=sys.stderr)
             continue
@@ -259,6 +263,8 @@ def main():
     parser.add_argument("--only", type=int, action="append", metavar="INDEX", help="only this set; may be repeated")
     parser.add_argument("--offsets", choices=("recording", "loop"), default="recording",
                         help="whether the controller acts on what the sensors are off by (default: recording)")
+    parser.add_argument("--integrators", choices=("zero", "settled"), default="zero",
+                        help="where the controller's integrators stand when a recording begins (default: zero)")
     args = parser.parse_args()
     out = pathlib.Path(args.out)
     out.mkdir(parents=True, exist_ok=True)
@@ -266,7 +272,7 @@ def main():
     for index in args.only or range(args.sets):
         folder = out / f"set-{index:04d}"
         if not (folder / "truth.yaml").exists():
-            make_set(args.seed, index, simulator, folder, args.offsets == "loop")
+            make_set(args.seed, index, simulator, folder, args)
 
 
 if __name__ == "__main__":
