@@ -14,7 +14,7 @@ from amb_rotor.testing.results import FAILED, SKIPPED, Result, read_junit
 KINDS = ("unit", "python", "ros")
 
 # Seconds after which a program is ended and counts as failed.
-TIME_LIMIT = {"unit": 400, "python": 900, "ros": 240}
+TIME_LIMIT = {"unit": 900, "python": 1200, "ros": 240}
 
 # Begun first: what takes long and begins last leaves the other cores idle at the end.
 LONGEST = ("test_validation", "test_unit", "test_reference")
