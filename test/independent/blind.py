@@ -21,6 +21,7 @@ import copy
 import math
 import pathlib
 import sys
+import typing
 
 import numpy as np
 import yaml
@@ -45,6 +46,12 @@ RESOLUTION = (0.01, 0.001)  # um, A
 CONTACT_KINDS = ("rub", "drop")
 KEPT = {"max_current_A", "bias_current_A", "air_gap_m", "bandwidth_hz", "knee_flux_density_T", "delay_s", "z_m",
         "plane_z_m", "speed_exponent", "reference_speed_hz", "static_coefficient", "dynamic_coefficient"}
+
+
+class Reading(typing.NamedTuple):
+    """How sentences of the format are read that can be read in two ways: see --offsets, --integrators."""
+    offsets: str = "recording"
+    integrators: str = "zero"
 
 
 class Unfit(Exception):
@@ -241,7 +248,7 @@ def try_set(dice, simulator, kind, names, folder, reading):
     return difference
 
 
-def make_set(seed, index, simulator, folder, reading, attempts=60):
+def make_set(seed, index, simulator, folder, reading=Reading(), attempts=60):
     kind, names = hidden_in(index, seed)
     for attempt in range(attempts):
         dice = np.random.default_rng([seed, index, 2 + attempt])
@@ -272,7 +279,7 @@ def main():
     for index in args.only or range(args.sets):
         folder = out / f"set-{index:04d}"
         if not (folder / "truth.yaml").exists():
-            make_set(args.seed, index, simulator, folder, args)
+            make_set(args.seed, index, simulator, folder, Reading(args.offsets, args.integrators))
 
 
 if __name__ == "__main__":
