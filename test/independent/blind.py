@@ -11,7 +11,8 @@ Drawn: mass 1.2 to 12 kg, lever arms that differ, Ki, bias, gap, gravity or none
 at 8, 10 and 20 kHz, delays of 30 to 170 us, two in five rigs with a polar inertia, contact and friction. Off by their
 stated uncertainty: mass, Ki, contact stiffness, unbalance, constant speeds (0.1 %), the sensors' offset and drift.
 With --offsets loop the controller acts on the sensors' offset and drift, and the offset is one for all runs; else it lies in
-the recording alone. With --integrators settled these stand where they come to rest when a recording begins; else at 0. Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
+the recording alone. With --integrators settled its integrators stand where they come to rest when a recording begins; else
+at 0. Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
 Effects with contact are always recorded with rubs and drops, the others in half of the sets.
 
 Left out: quantised currents finer than 1 mA, speeds that a rub slows down, friction off by its uncertainty.
