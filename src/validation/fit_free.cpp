@@ -7,6 +7,7 @@
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/stretches.hpp"
+#include "free_columns.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -198,67 +199,46 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     return normal;
   }
 
-  // columns: coordinates 0..p-1 (where asked), angle, offsets, drifts
+  // columns: coordinates (where asked), the shaft's, offsets, drifts
   const int g = static_cast<int>(moved.size()), frozen = g - (lanes - 1);
-  const Eigen::MatrixXf* near_by = nullptr;
-  if (frozen > 0) near_by = options.frozen->of_recording.at(static_cast<int>(&rec - recordings_.data()));
   const int la = angle ? 1 : turning ? 2 : 0;  // the shaft's
-  const double shaft_step[2] = {angle_step_rad, speed_step};
   const bool offsets = offset_std_ > 0.0, in_loop = offsets && rec.offsets_in_loop;
   const int lc = la + (in_loop ? 2 * axis_count : 0);  // the shaft's, and offsets and drifts that are predicted
   const int local_size = la + (offsets ? 2 * axis_count : 0);
   const int size = g + local_size;
+  std::vector<const float*> known;
+  for (int k = 0; k < frozen; ++k)
+    known.push_back(options.frozen->of_recording.at(static_cast<int>(&rec - recordings_.data()))->col(moved[k]).data());
+  const double shaft_step[2] = {angle_step_rad, speed_step};
+  std::vector<double> steps;
+  for (int k = frozen; k < g; ++k) steps.push_back(free_steps_[moved[k]]);
+  for (int k = 0; k < la; ++k) steps.push_back(shaft_step[k]);
+  const FreeColumns columns(rec, std::move(known), outs, steps, in_loop);
+  const ChannelProducts sums = columns.products();
+  const int dense = g + lc;  // columns that come from predictions
+  const int one = columns.one(), residual = columns.residual();
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
   double squares = 0.0, count = 0.0;
   std::array<Eigen::MatrixXd, predicted_channels> products;
-  std::vector<double> step(g);
-  for (int k = 0; k < g; ++k) step[k] = 1.0 / free_steps_[moved[k]];
-
-  constexpr long block = 256;
-  const int dense = g + lc;  // columns that come from predictions
-  Eigen::MatrixXd columns(block, dense + 3);  // and 1, t, residual of one channel
-  const auto fill = [&](int c, long from, long rows, double weight) {
-    const double* base = outs.data();
-    for (long i = 0; i < rows; ++i) {
-      const std::size_t at = (from + i) * predicted_channels + c;
-      const double y = base[at];
-      for (int k = 0; k < frozen; ++k) columns(i, k) = (*near_by)(at, moved[k]);
-      for (int k = frozen; k < g; ++k) columns(i, k) = (outs[(k - frozen + 1) * width + at] - y) * step[k] * weight;
-      for (int k = 0; k < la; ++k) columns(i, g + k) = (outs[(lanes + k) * width + at] - y) / shaft_step[k] * weight;
-      for (int k = la; k < lc; ++k) columns(i, g + k) = rec.offset_columns[at * 2 * axis_count + (k - la)] * weight;
-      columns(i, dense) = weight;
-      columns(i, dense + 1) = weight * (static_cast<double>(from + i) / n - 0.5);
-      columns(i, dense + 2) = (rec.measured[at] - y) * weight;
-    }
-  };
   for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
-    const double weight = 1.0 / rec.noise[c];
-    Eigen::MatrixXd small = Eigen::MatrixXd::Zero(dense + 3, dense + 3);
-    for (long from = 0; from < n; from += block) {
-      const long rows = std::min(block, n - from);
-      fill(c, from, rows, weight);
-      small.selfadjointView<Eigen::Lower>().rankUpdate(columns.topRows(rows).transpose());
-    }
-    small = small.selfadjointView<Eigen::Lower>();
-    squares += small(dense + 2, dense + 2);
+    const Eigen::MatrixXd& small = products[c] = sums.of(c);
+    squares += small(residual, residual);
     count += static_cast<double>(n);
     gram.topLeftCorner(dense, dense) += small.topLeftCorner(dense, dense);
-    right.head(dense) += small.col(dense + 2).head(dense);
-    if (offsets && !in_loop && c < 4) {
-      const int o = dense + c, d = dense + 4 + c;
-      for (int which = 0; which < 2; ++which) {
-        const int at = which == 0 ? o : d;
-        gram.block(0, at, dense, 1) += small.block(0, dense + which, dense, 1);
-        gram.block(at, 0, 1, dense) += small.block(dense + which, 0, 1, dense);
-        right[at] += small(dense + which, dense + 2);
-        gram(at, at) += small(dense + which, dense + which);
-      }
-      gram(o, d) += small(dense, dense + 1);
-      gram(d, o) += small(dense, dense + 1);
+    right.head(dense) += small.col(residual).head(dense);
+    if (!offsets || in_loop || c >= 4) continue;
+    const int o = dense + c, d = dense + 4 + c;
+    for (int which = 0; which < 2; ++which) {
+      const int at = which == 0 ? o : d;
+      gram.block(0, at, dense, 1) += small.block(0, one + which, dense, 1);
+      gram.block(at, 0, 1, dense) += small.block(one + which, 0, 1, dense);
+      right[at] += small(one + which, residual);
+      gram(at, at) += small(one + which, one + which);
     }
-    products[c] = std::move(small);
+    gram(o, d) += small(one, one + 1);
+    gram(d, o) += small(one, one + 1);
   }
   // eliminate the local unknowns
   Eigen::VectorXd solved = Eigen::VectorXd::Zero(local_size), weights = solved, away = solved;  // priors: 1/variance, from 0
@@ -319,39 +299,26 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   normal.squares = left;
   away += solved;
   normal.chi2 = left + away.dot(weights.cwiseProduct(away));
+  std::array<Eigen::VectorXd, predicted_channels> taken;  // of the columns, which leave what the local unknowns do not show
   for (int c = 0; c < predicted_channels; ++c) {
     if (rec.noise[c] <= 0.0) continue;
-    Eigen::VectorXd taken = Eigen::VectorXd::Zero(dense + 3);  // of the columns; the residual itself is the last
-    taken.segment(g, lc) = -solved.head(lc);
-    if (offsets && !in_loop && c < 4) taken.segment(dense, 2) << -solved[la + c], -solved[la + 4 + c];
-    taken[dense + 2] = 1.0;
-    result.channel_mean_square[c] = taken.dot(products[c] * taken) / n;
+    taken[c] = Eigen::VectorXd::Zero(columns.size());
+    taken[c].segment(g, lc) = -solved.head(lc);
+    if (offsets && !in_loop && c < 4) taken[c].segment(one, 2) << -solved[la + c], -solved[la + 4 + c];
+    taken[c][residual] = 1.0;
+    result.channel_mean_square[c] = taken[c].dot(products[c] * taken[c]) / n;
   }
 
   if (options.scores && g > 0) {
     const long length = std::max<long>(1, static_cast<long>(score_block_s * rec.run.sample_rate_hz));
-    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(g, (n + length - 1) / length);
+    std::array<Eigen::MatrixXd, predicted_channels> freed;  // likewise of each coordinate's column
     for (int c = 0; c < predicted_channels; ++c) {
-      if (rec.noise[c] <= 0.0) continue;
-      for (long from = 0; from < n; from += block) {
-        const long rows = std::min(block, n - from);
-        fill(c, from, rows, 1.0 / rec.noise[c]);
-        for (long i = 0; i < rows; ++i) {
-          Eigen::VectorXd row = columns.row(i).head(g);
-          double r = columns(i, dense + 2);
-          for (int k = 0; k < lc; ++k) {
-            row -= columns(i, g + k) * cross.row(k).transpose();
-            r -= columns(i, g + k) * solved[k];
-          }
-          if (offsets && !in_loop && c < 4)
-            for (int which = 0; which < 2; ++which) {
-              row -= columns(i, dense + which) * cross.row(la + 4 * which + c).transpose();
-              r -= columns(i, dense + which) * solved[la + 4 * which + c];
-            }
-          scores.col((from + i) / length) += r * row;
-        }
-      }
+      freed[c] = Eigen::MatrixXd::Identity(g, columns.size());
+      freed[c].middleCols(g, lc) = -cross.topRows(lc).transpose();
+      if (offsets && !in_loop && c < 4)
+        for (int which = 0; which < 2; ++which) freed[c].col(one + which) = -cross.row(la + 4 * which + c).transpose();
     }
+    const Eigen::MatrixXd scores = columns.blockProducts(length, taken, freed);
     normal.scores(moved, moved) = scores * scores.transpose();
   }
   if (options.keep_prediction) {

@@ -3,10 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/validation/channel_products.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
@@ -33,6 +35,33 @@ std::vector<std::vector<double>> predictions(const Recording& rec, const std::ve
   finite.clear();
   for (const auto& job : jobs) finite.push_back(job.finite);
   return outs;
+}
+
+/// Products of a run's columns, over the noise: those known, changes (empty: none), then `own` of its offsets and drifts.
+ChannelProducts runProducts(const Recording& rec, const Eigen::MatrixXf& known, const std::vector<std::vector<double>>& changes,
+                            int own, long first) {
+  std::array<double, predicted_channels> weight;
+  for (int c = 0; c < predicted_channels; ++c) weight[c] = rec.noise[c] > 0.0 ? 1.0 / rec.noise[c] : 0.0;
+  ChannelProducts sums(static_cast<int>(known.cols() + changes.size()) + own);
+  for (long from = first; from < rec.samples; from += ChannelProducts::block) {
+    const long instants = std::min(ChannelProducts::block, rec.samples - from), numbers = instants * predicted_channels;
+    const long at = from * predicted_channels;
+    int k = 0;
+    for (; k < known.cols(); ++k) std::copy_n(known.col(k).data() + at, numbers, sums.column(k));
+    for (const auto& change : changes) {  // what has none stays at zero
+      if (!change.empty()) sums.fill(k, change.data() + at, weight.data(), instants);
+      ++k;
+    }
+    for (long i = 0; i < numbers; ++i) {
+      const double w = weight[i % predicted_channels];
+      for (int o = 0; o < own && rec.offsets_in_loop; ++o) sums.column(k + o)[i] = rec.offset_columns[(at + i) * own + o] * w;
+      if (rec.offsets_in_loop) continue;
+      sums.column(k)[i] = w;
+      sums.column(k + 1)[i] = w * (static_cast<double>(from + i / predicted_channels) / rec.samples - 0.5);
+    }
+    sums.add(instants);
+  }
+  return sums;
 }
 
 }  // namespace
@@ -93,33 +122,18 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
     const Recording& rec = recordings_[part.recording];
     const auto outs = changes({rec, part.angle_rad, part.run_in_s, part.predicted});
     if (outs.empty()) return;
-    constexpr long block = 256;
     const bool in_loop = rec.offsets_in_loop;
     const int own = in_loop ? 2 * axis_count : 2;  // 1, t of one channel, or what offsets and drifts show there
-    Eigen::MatrixXd columns(block, size + own), all = Eigen::MatrixXd::Zero(size + own, size + own);
-    const auto eliminate = [&](const Eigen::MatrixXd& sums) {
-      Eigen::MatrixXd locals = sums.bottomRightCorner(own, own);
+    const ChannelProducts sums = runProducts(rec, part.columns, outs, own, std::lround(from_s * rec.run.sample_rate_hz));
+    const auto eliminate = [&](const Eigen::MatrixXd& gram) {
+      Eigen::MatrixXd locals = gram.bottomRightCorner(own, own);
       locals.diagonal().array() += 1.0 / (offset_std_ * offset_std_);
-      grams[n] -= sums.topRightCorner(size, own) * Ldlt(locals).solveColumns(sums.bottomLeftCorner(own, size));
+      grams[n] -= gram.topRightCorner(size, own) * Ldlt(locals).solveColumns(gram.bottomLeftCorner(own, size));
     };
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(size + own, size + own);
     for (int c = 0; c < predicted_channels; ++c) {
       if (rec.noise[c] <= 0.0) continue;
-      const double weight = 1.0 / rec.noise[c];
-      Eigen::MatrixXd small = Eigen::MatrixXd::Zero(size + own, size + own);
-      for (long from = std::lround(from_s * rec.run.sample_rate_hz); from < rec.samples; from += block) {
-        const long rows = std::min(block, rec.samples - from);
-        for (long i = 0; i < rows; ++i) {
-          const long at = (from + i) * predicted_channels + c;
-          columns.row(i).head(p + 1) = part.columns.row(at).cast<double>();
-          for (int k = 0; k < s; ++k) columns(i, p + 1 + k) = outs[k].empty() ? 0.0 : outs[k][at] * weight;
-          for (int k = 0; k < own && in_loop; ++k) columns(i, size + k) = rec.offset_columns[at * own + k] * weight;
-          if (in_loop) continue;
-          columns(i, size) = weight;
-          columns(i, size + 1) = weight * (static_cast<double>(from + i) / rec.samples - 0.5);
-        }
-        small.selfadjointView<Eigen::Lower>().rankUpdate(columns.topRows(rows).transpose());
-      }
-      small = small.selfadjointView<Eigen::Lower>();
+      const Eigen::MatrixXd small = sums.of(c);
       grams[n] += small.topLeftCorner(size, size);
       if (in_loop) all += small;
       if (offset_std_ > 0.0 && !in_loop && c < 4) eliminate(small);
