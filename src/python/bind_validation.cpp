@@ -90,6 +90,7 @@ void putErrors(py::dict& d, const CandidateErrors& e, bool with_fit) {
   d["validation_error"] = e.validation_error;
   d["validation_error_free"] = optionalError(e.validation_error_free);
   d["validation_error_contact"] = optionalError(e.validation_error_contact);
+  d["offset_deviations"] = optionalError(e.offset_deviations);
 }
 
 py::dict candidateDict(const Candidate& c) {

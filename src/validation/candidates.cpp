@@ -185,10 +185,22 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough
     return own.empty() ? -1.0 : std::sqrt(part / own.size());
   };
   errors.validation_error_free = mean(check_free_);
+  errors.offset_deviations = offsetDeviations(local);
   if (with_contact) errors.validation_error_contact = mean(check_contact_);
   errors.validation_error = count > 0 ? std::sqrt(sum / count) : 0.0;
   errors.fit_error = trial.fit.count > 0.0 ? std::sqrt(trial.fit.squares / trial.fit.count) : 0.0;
   return errors;
+}
+
+double Candidates::offsetDeviations(const std::vector<LocalState>& local) const {
+  double sum = 0.0;
+  int count = 0;
+  for (const int run : check_free_) {
+    if (!recordings_[run].offsets_in_loop || offset_std_ <= 0.0) continue;
+    for (const double offset : local[run].offset_m) sum += offset * offset / (offset_std_ * offset_std_);
+    count += axis_count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : -1.0;
 }
 
 double Candidates::evidence(const Trial& trial, const Trial& against) const {

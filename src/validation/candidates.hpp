@@ -163,6 +163,8 @@ class Candidates {
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;
+  /// See CandidateErrors, of local unknowns that the runs to validate have led to.
+  double offsetDeviations(const std::vector<LocalState>& local) const;
   /// Through contact. The belief about the nuisance is within what the runs to fit say.
   LeftOpen leftOpenThroughContact(const Trial& trial) const;
   /// Half the drop of the BIC.

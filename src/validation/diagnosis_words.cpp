@@ -9,6 +9,9 @@
 namespace amb_rotor {
 namespace {
 
+/// Deviations of the sensors' offsets, by chance 1, from which on the reader is told.
+constexpr double offsets_worth_a_word = 2.5;
+
 std::string twoPlaces(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -33,6 +36,12 @@ std::vector<std::string> sentencesOf(const Diagnosis& d) {
   for (const auto& name : d.withdrawn)
     out.push_back(name + (d.steps.empty() ? " only bends towards what is missing: a law of a few terms leaves less than it does."
                                           : " was adopted on the way and is needless beside the others."));
+  const CandidateErrors& last = d.steps.empty() ? d.baseline : d.steps.back().errors;
+  if (d.baseline.offset_deviations > offsets_worth_a_word)
+    out.push_back("For that the sensors' offsets lie " + twoPlaces(d.baseline.offset_deviations) +
+                  " of their stated deviations from zero" +
+                  (d.steps.empty() ? "" : ", with " + d.steps.back().added + " " + twoPlaces(last.offset_deviations)) +
+                  ": the controller holds an offset as it holds a force.");
   if (d.steps.empty()) out.push_back("No effect of the catalogue earns its place on these runs.");
   std::string unseen;
   for (const auto& c : d.ranking)

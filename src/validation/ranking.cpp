@@ -16,6 +16,17 @@ constexpr double most_of_fit = 2.0 / 3.0, plain_in_fit = 0.02, agreeing_drop = 0
 /// Through contact a second effect must take this share: windows there never all come down to the floor, and an effect that is
 /// missing takes most of what is above it.
 constexpr double least_further_contact_share = 0.4;
+/// Offsets in the loop stand for a force where they lie so many deviations from the belief, and the force takes that below this
+/// share while the runs to validate stay as near.
+constexpr double far_offsets = 3.0, near_offsets = 0.7, as_near = 1.002;
+
+/// A constant force and an offset that the controller takes for the position differ by next to nothing but what is believed of
+/// the offset: each run's own makes up for the force, and the error stays.
+bool sparesOffsets(const CandidateErrors& before, const CandidateErrors& after) {
+  return before.offset_deviations > far_offsets && after.offset_deviations >= 0.0 &&
+         after.offset_deviations < near_offsets * before.offset_deviations &&
+         after.validation_error_free < as_near * before.validation_error_free;
+}
 
 }  // namespace
 
@@ -33,6 +44,7 @@ bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool f
   const double fit_excess = before.fit_error * before.fit_error - 1.0;
   const double fit_drop = before.fit_error * before.fit_error - after.fit_error * after.fit_error;
   const double least = fit_excess > plain_in_fit && fit_drop > most_of_fit * fit_excess ? agreeing_drop : least_validation_drop;
+  if (sparesOffsets(before, after)) return true;
   return better(before.validation_error_free, after.validation_error_free, least_excess_share, least) ||
          better(before.validation_error_contact, after.validation_error_contact,
                 first ? least_excess_share : least_further_contact_share, least_validation_drop);

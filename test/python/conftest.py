@@ -1,4 +1,4 @@
-"""The commands of doc/tutorial.md, run once for all tests that look at what they do."""
+"""The commands of doc/tutorial.md, run once for all tests that look at what they do; and which tests are left for `--long`."""
 from __future__ import annotations
 
 import contextlib
@@ -65,3 +65,12 @@ def chain(tmp_path_factory):
     result.before, result.after = result.json["compare", 1], result.json["compare", 2]
     result.diagnosis, result.adopted = result.json["diagnose", 1], result.json["adopt", 1]
     return result
+
+
+def pytest_collection_modifyitems(items):
+    """Tests of minutes are skipped where nobody asked for them."""
+    if os.environ.get("AMB_ROTOR_LONG"):
+        return
+    for item in items:
+        if item.get_closest_marker("long"):
+            item.add_marker(pytest.mark.skip(reason="takes minutes: amb test --long"))

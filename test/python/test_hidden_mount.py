@@ -13,6 +13,7 @@ from independent_sets import independent_set
 INDEX = 35  # of seed 2: magnetic saturation, which shows everywhere, and a mount
 
 
+@pytest.mark.long
 @pytest.mark.timeout(900)  # two minutes alone; a slow machine with all its cores busy takes thrice that
 def test_a_mount_behind_a_soft_contact_is_found(tmp_path):
     dataset, hidden = independent_set(2, INDEX, tmp_path)

@@ -12,6 +12,7 @@ from independent_sets import diagnosed_pair
 INDEX = 37  # of seed 11
 
 
+@pytest.mark.long
 @pytest.mark.timeout(600)
 def test_contact_is_looked_at_beside_what_shows_without(tmp_path):
     diagnosis, hidden = diagnosed_pair(11, INDEX, tmp_path, "amplifier_lag", "velocity_dependent_friction")

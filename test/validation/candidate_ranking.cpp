@@ -42,6 +42,19 @@ TEST(RankingTest, WhatShowsInTheRunsToFitMostlyNeedsLittleOfTheOthers) {
   EXPECT_TRUE(bornOut(both(1.0, 1.0100), both(1.0, 1.0050), true)) << "these alone tell";
 }
 
+TEST(RankingTest, AForceThatOffsetsInTheLoopStoodForIsBornOut) {
+  const auto both = [](double free, double offsets) {
+    CandidateErrors errors = errorsOf(free);
+    errors.offset_deviations = offsets;
+    return errors;
+  };
+  EXPECT_TRUE(bornOut(both(1.0, 19.5), both(1.0, 0.6), true)) << "the error stays, the offsets come home";
+  EXPECT_FALSE(bornOut(both(1.0, 1.3), both(1.0, 0.6), true)) << "they were no farther than chance takes them";
+  EXPECT_FALSE(bornOut(both(1.0, 19.5), both(1.0, 18.0), true)) << "they stay away";
+  EXPECT_FALSE(bornOut(both(1.0, 19.5), both(1.01, 0.6), true)) << "the runs to validate are left farther off";
+  EXPECT_FALSE(bornOut(both(1.0, -1.0), both(1.0, -1.0), true)) << "offsets of the recording alone";
+}
+
 TEST(RankingTest, ACandidateValuedAnewTakesItsPlace) {
   std::vector<Candidate> ranking = {ranked("a", 500.0), ranked("b", 200.0), ranked("c", 195.0)};
   markConfounded(ranking);

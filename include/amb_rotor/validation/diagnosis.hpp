@@ -12,6 +12,9 @@ namespace amb_rotor {
 struct CandidateErrors {
   double fit_error = 0.0, validation_error = 0.0;
   double validation_error_free = -1.0, validation_error_contact = -1.0;  ///< below 0: no such runs
+  /// Root mean square, over what is believed of them, of the sensors' offsets that the controller takes for the position (runs to
+  /// validate, without contact): by chance 1. Below 0: there are none.
+  double offset_deviations = -1.0;
 };
 
 struct Candidate {

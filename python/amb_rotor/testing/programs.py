@@ -26,6 +26,7 @@ class Selection:
 
     keyword: str | None = None
     quick: bool = False
+    long: bool = False
     kinds: tuple[str, ...] = KINDS
     jobs: int | None = None
 
@@ -99,7 +100,7 @@ def python_tests(root: pathlib.Path, results: pathlib.Path, selection: Selection
     if selection.quick:
         command += ["-m", "not slow"]
     no_tests_collected = 5
-    return [Program("pytest", "python", command, {}, folder,
+    return [Program("pytest", "python", command, {"AMB_ROTOR_LONG": "1" if selection.long else ""}, folder,
                     lambda status, output: _read_whole(xml, "pytest", status, output,
                                                        good=(0, no_tests_collected)))]
 
