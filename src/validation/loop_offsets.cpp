@@ -121,6 +121,16 @@ std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief) {
   return out;
 }
 
+bool renewOffsets(std::vector<Recording>& recordings, const Model& model) {
+  tbb::parallel_for(std::size_t{0}, recordings.size(), [&](std::size_t i) {
+    Recording& rec = recordings[i];
+    if (!rec.offsets_in_loop || rec.offset_columns.empty()) return;
+    std::vector<double> columns = offsetsInLoop(rec, model);
+    if (!columns.empty()) rec.offset_columns = std::move(columns);
+  });
+  return std::any_of(recordings.begin(), recordings.end(), [](const Recording& rec) { return !rec.offset_columns.empty(); });
+}
+
 void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {
   const auto offset_std = belief.uncertainty.find("sensor.offset_m");
   if (offset_std == belief.uncertainty.end() || !(offset_std->second > 0.0)) return;

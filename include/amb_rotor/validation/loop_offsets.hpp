@@ -40,6 +40,10 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
 /// sensor's gain is off by changes it in proportion. Empty: the belief does not stay finite.
 std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief);
 
+/// Takes what offsets show anew, by another model's loop, in recordings that have them in it; one that does not stay finite keeps what
+/// it has. False: no recording has such.
+bool renewOffsets(std::vector<Recording>& recordings, const Model& model);
+
 /// Fills what the recordings say into them: offsets_in_loop, offset_columns, integral_m_s.
 void applyLoopReading(std::vector<Recording>& recordings, const Model& belief);
 
