@@ -14,7 +14,7 @@ namespace {
 /// Of everything together at most; behind an effect that a fit without contact has followed to its end.
 constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
 /// How often what offsets in the loop show is taken anew by the model that a joint fit has found. Beside a seal the believed loop's
-/// led gains and Ki, which next to nothing else parts, 10 deviations astray; the found model's leave 4.
+/// led gains and Ki, which next to nothing else parts, 10 deviations astray; the found model's leave 3.5 to 4.5.
 constexpr int offset_renewals = 1;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
