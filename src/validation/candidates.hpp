@@ -10,7 +10,6 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/fit.hpp"
-#include "amb_rotor/validation/loop_offsets.hpp"
 #include "amb_rotor/validation/start_screen.hpp"
 #include "time_limit.hpp"
 
@@ -128,9 +127,6 @@ class Candidates {
 
   const Model& belief() const { return belief_; }
   const std::vector<Recording>& recordings() const { return recordings_; }
-  /// Offsets in the loop show what they do in this model's loop from now on: a seal turns them, a current limit holds them.
-  /// False: there are none.
-  bool renewOffsets(const Model& model) { return amb_rotor::renewOffsets(recordings_, model); }
   double offsetStd() const { return offset_std_; }
   bool haveContact() const { return !fit_contact_.empty(); }
   const TimeLimit& limit() const { return limit_; }

@@ -65,11 +65,11 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
   evaluation.window_passes = 3;
   evaluation.thorough = true;
   std::vector<RunResult> results;
-  // twice: windows count with the offsets of their run only once those are known
-  std::vector<int> windows;
+  // twice: windows, and loops that offsets go round, count with the offsets of their run only once those are known
+  std::vector<int> twice;
   for (int i : everything)
-    if (recordings[i].holdsContact()) windows.push_back(i);
-  problem.evaluate(fitted.x, windows, local, evaluation, nullptr);
+    if (recordings[i].holdsContact() || recordings[i].offsets_in_loop) twice.push_back(i);
+  problem.evaluate(fitted.x, twice, local, evaluation, nullptr);
   problem.evaluate(fitted.x, everything, local, evaluation, &results);
   out.model = space.model(fitted.x);
   out.nuisance = space.nuisanceValues(fitted.x, fitted.covariance);

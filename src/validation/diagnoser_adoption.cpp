@@ -13,9 +13,6 @@ namespace {
 
 /// Of everything together at most; behind an effect that a fit without contact has followed to its end.
 constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
-/// How often what offsets in the loop show is taken anew by the model that a joint fit has found. Beside a seal the believed loop's
-/// led gains and Ki, which next to nothing else parts, 10 deviations astray; the found model's leave 3.5 to 4.5.
-constexpr int offset_renewals = 1;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
 /// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
@@ -51,12 +48,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   }
   const bool all = candidates_.haveContact();
   const int iterations = all && !needsContact(effects.back().id) ? joint_iterations_behind_free : joint_iterations;
-  candidates_.renewOffsets(start.space->model(start.fit.x));
   joint_ = candidates_.fit(from, &own, local, {all ? Through::all : Through::free, iterations, true});
-  for (int time = 0; time < offset_renewals && candidates_.renewOffsets(joint_.space->model(joint_.fit.x)); ++time) {
-    own = joint_.nuisance();
-    joint_ = candidates_.fit(joint_.effects(), &own, joint_.local, {all ? Through::all : Through::free, iterations, true});
-  }
   Settings likelier = joint_.effects();
   Eigen::VectorXd there = joint_.nuisance();
   if (moveToLikeliestUnbalance(candidates_.belief(), *joint_.space, likelier, there)) {
@@ -184,7 +176,6 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
       return &t;
     }
     joint_ = stood;
-    candidates_.renewOffsets(joint_.space->model(joint_.fit.x));
     errors_ = before;
     adopted_ = had;
     out.steps = steps;

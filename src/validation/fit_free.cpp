@@ -6,6 +6,7 @@
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/fit.hpp"
+#include "amb_rotor/validation/loop_offsets.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 #include "free_columns.hpp"
 
@@ -174,8 +175,10 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
 
   // lanes: base, one for each coordinate, then the shaft's: one for the angle, one for a constant speed
   std::vector<LaneJob> jobs;
+  const Eigen::VectorXd taken_offsets = offsetsInLanes(rec, local, offset_std_);
   const auto add = [&](const Model& model, double more_angle, double more_speed) {
     jobs.push_back(jobOf(rec, model, local.angle_rad + more_angle));
+    takeOffsets(rec, taken_offsets, jobs.back());
     if (!turning) return;
     jobs.back().speed_rad_s += local.turning_rad_s + more_speed;
     jobs.back().angle0_rad += local.turning_rad + more_angle - (local.turning_rad_s + more_speed) * rec.first_turns_s;
@@ -249,7 +252,10 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     away[0] = local.turning_rad;
     away[1] = local.turning_rad_s;
   }
-  if (offsets) weights.tail(8).setConstant(1.0 / (offset_std_ * offset_std_));
+  if (offsets) {
+    weights.tail(8).setConstant(1.0 / (offset_std_ * offset_std_));
+    away.tail(8) = taken_offsets;
+  }
   Eigen::MatrixXd cross(local_size, g);
   if (local_size > 0) {
     Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
@@ -293,8 +299,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     local.turning_rad_s += solved[1];
   }
   for (int a = 0; a < 4 && offsets; ++a) {
-    local.offset_m[a] = solved[la + a];
-    local.drift_m[a] = solved[la + 4 + a];
+    local.offset_m[a] = taken_offsets[a] + solved[la + a];
+    local.drift_m[a] = taken_offsets[4 + a] + solved[la + 4 + a];
   }
   normal.squares = left;
   away += solved;

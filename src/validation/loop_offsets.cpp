@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/recording.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
@@ -20,6 +21,8 @@ constexpr double next_to_none = 0.1;
 constexpr double held_beside_offsets = 3.0, held_in_loop = 0.1;
 /// Offset that the response is taken at, and drift over the run [m].
 constexpr double probe_m = 1e-6;
+/// Stated deviations up to which offsets go into the lanes themselves.
+constexpr double most_in_lanes = 4.0;
 
 bool isExcited(const Recording& rec) {
   return std::any_of(std::begin(rec.excitation.axis), std::end(rec.excitation.axis), [](const std::vector<double>& axis) {
@@ -121,14 +124,22 @@ std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief) {
   return out;
 }
 
-bool renewOffsets(std::vector<Recording>& recordings, const Model& model) {
-  tbb::parallel_for(std::size_t{0}, recordings.size(), [&](std::size_t i) {
-    Recording& rec = recordings[i];
-    if (!rec.offsets_in_loop || rec.offset_columns.empty()) return;
-    std::vector<double> columns = offsetsInLoop(rec, model);
-    if (!columns.empty()) rec.offset_columns = std::move(columns);
-  });
-  return std::any_of(recordings.begin(), recordings.end(), [](const Recording& rec) { return !rec.offset_columns.empty(); });
+Eigen::VectorXd offsetsInLanes(const Recording& rec, const LocalState& local, double offset_std_m) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(2 * axis_count);
+  if (!rec.offsets_in_loop || !(offset_std_m > 0.0)) return out;
+  for (int a = 0; a < axis_count; ++a) {
+    out[a] = local.offset_m[a];
+    out[axis_count + a] = local.drift_m[a];
+  }
+  const double most = most_in_lanes * offset_std_m;
+  return out.cwiseMax(-most).cwiseMin(most);
+}
+
+void takeOffsets(const Recording& rec, const Eigen::VectorXd& offsets, LaneJob& job) {
+  for (int a = 0; a < axis_count; ++a) {
+    job.offset_m[a] = offsets[a];
+    job.drift_m_per_s[a] = offsets[axis_count + a] / rec.duration();
+  }
 }
 
 void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {

@@ -5,6 +5,7 @@
 
 #include "amb_rotor/effects/all.hpp"
 #include "amb_rotor/magnetic_bearing/amplifier.hpp"
+#include "amb_rotor/validation/loop_offsets.hpp"
 #include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
@@ -103,6 +104,7 @@ std::vector<std::vector<double>> responsesAlongPath(const ReferenceRun& run, con
     stretch.settle_s = std::max(stretch.settle_s, run.run_in_s);
     stretch.excitation = &drive;
     std::vector<LaneJob> jobs = {jobOf(rec, whole, run.angle_rad)};
+    takeOffsets(rec, run.offsets, jobs[0]);
     jobs[0].out = change.data();
     predict(stretch, jobs);
     if (!jobs[0].finite) continue;

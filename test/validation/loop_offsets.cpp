@@ -207,6 +207,45 @@ TEST(LoopOffsets, TheTrueMachineLeavesTheNoiseWhereTheyAreLookedForInTheLoop) {
   EXPECT_GT(wrong, right + 0.1);
 }
 
+/// Mean square over the noise that the true machine leaves of a run in which its unbalance takes a current to its limit and offsets go
+/// round the loop; their response is given as that of a machine without the limit.
+double leftThroughLimit(int passes, LocalState& local) {
+  const Model unlimited = withUnbalance(levitated(), 4e-5, 0.3);
+  Recording rec;
+  rec.run.kind = RunKind::steady;
+  rec.run.sample_rate_hz = 1e4;
+  rec.samples = 3000;
+  rec.speed_rad_s = radPerSecond(70.0);
+  for (int c = 0; c < predicted_channels; ++c) rec.noise[c] = c < axis_count ? 1e-7 : 1e-3;
+  double most = 0.0;
+  const std::vector<double> free = shownWith(unlimited, rec, nullptr, 0.0);
+  for (long i = 0; i < rec.samples; ++i) most = std::max(most, free[i * predicted_channels + axis_count]);
+  const Model model = with(unlimited, "current_saturation", {unlimited.rig.amb.bias_current_A + 0.85 * most});
+  rec.measured = shownWith(model, rec, loop_offset_m, 0.5e-6);
+  std::mt19937 generator(7);
+  std::normal_distribution<double> normal;
+  for (std::size_t at = 0; at < rec.measured.size(); ++at) rec.measured[at] += rec.noise[at % predicted_channels] * normal(generator);
+  rec.offsets_in_loop = true;
+  rec.offset_columns = offsetsInLoop(rec, unlimited);
+  const std::vector<Recording> one = {rec};
+  const FitSpace space(model, {});
+  const FitProblem problem(one, space, 1e-6);
+  std::vector<LocalState> locals(1);
+  double left = 0.0;
+  for (int pass = 0; pass < passes; ++pass) left = problem.evaluate(space.start(), {0}, locals, {}).squares;
+  local = locals[0];
+  return left / static_cast<double>(rec.measured.size());
+}
+
+TEST(LoopOffsets, ThroughALimitTheyCountAtTheirSize) {
+  LocalState local, unused;
+  // 24000 residuals: 0.02 is two of their mean square's deviations
+  EXPECT_NEAR(leftThroughLimit(4, local), 1.0, 0.02);
+  // the noise leaves 1e-7/sqrt(3000), the prior 1e-5 of it; the rest is for their response's being another's
+  for (int a = 0; a < axis_count; ++a) EXPECT_NEAR(local.offset_m[a], loop_offset_m[a], 0.02e-6) << a;
+  EXPECT_GT(leftThroughLimit(1, unused), 1.1);  // by the response that is given alone they are not found
+}
+
 TEST(LoopOffsets, WindowsThroughContactBeginInTheLoopThatHasThem) {
   const MadeSet& made = madeSet(21, "none", 0.0, true, {"chirp_1", "rub_1"});
   const Model truth = made.truth();

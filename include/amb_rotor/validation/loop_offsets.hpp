@@ -15,6 +15,7 @@
 
 namespace amb_rotor {
 
+struct LocalState;
 struct Recording;
 
 /// Of a recording, by axis ax, ay, bx, by; NaN where a channel is not there.
@@ -40,9 +41,11 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
 /// sensor's gain is off by changes it in proportion. Empty: the belief does not stay finite.
 std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief);
 
-/// Takes what offsets show anew, by another model's loop, in recordings that have them in it; one that does not stay finite keeps what
-/// it has. False: no recording has such.
-bool renewOffsets(std::vector<Recording>& recordings, const Model& model);
+/// Offsets, then drifts over the run, that a run without contact is predicted with where they go round the loop; else all 0. What
+/// does not go round it in proportion (a current's limit) so counts at its size; the columns lead from there on.
+/// @param offset_std_m  they are taken up to a few of these: a model that is far off must not be thrown out by them
+Eigen::VectorXd offsetsInLanes(const Recording& rec, const LocalState& local, double offset_std_m);
+void takeOffsets(const Recording& rec, const Eigen::VectorXd& offsets, LaneJob& job);
 
 /// Fills what the recordings say into them: offsets_in_loop, offset_columns, integral_m_s.
 void applyLoopReading(std::vector<Recording>& recordings, const Model& belief);

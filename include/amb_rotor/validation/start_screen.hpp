@@ -19,7 +19,8 @@ struct ReferenceRun {
   const Recording& recording;
   double angle_rad;  ///< at standstill
   double run_in_s;   ///< that the point needs, see settledRunIn()
-  const std::vector<double>& predicted;  ///< without offset and drift; samples * predicted_channels
+  const Eigen::VectorXd& offsets;        ///< in the lanes, see offsetsInLanes()
+  const std::vector<double>& predicted;  ///< with these alone; samples * predicted_channels
 };
 
 struct StartGain {
@@ -71,6 +72,7 @@ class StartScreen {
     int recording;
     double angle_rad;
     double run_in_s;  ///< that the point needs, see settledRunIn()
+    Eigen::VectorXd offsets;  ///< in the lanes, see offsetsInLanes()
     Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
     std::vector<double> predicted;
   };
