@@ -39,10 +39,14 @@ constexpr double hopeless_pace = 8.0;
 /// Where the leader's mean square over the noise is below so much, rivals can only come near it: fewer rounds, and other
 /// hills only for those that stand at this share of its evidence.
 constexpr double settled_square = 1.06, settled_pace = 1.5, near = 0.9;
+/// The highest that noise in the loop makes the floor, and the share of the reference's excess that a fit which is there leaves.
+constexpr double highest_floor = 1.15, little_left = 0.03;
 /// Share of the evidence of one that leaves nothing by which a rival through contact is beaten.
 constexpr double not_near = 0.01;
 /// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
 constexpr double out_of_reach = 1.2;
+/// Where the reference is next to the floor there, one whose best start leaves so many times its squares is not followed at all.
+constexpr double from_afar = 2.0;
 /// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
 /// beyond which one alone is sure without.
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
@@ -52,6 +56,10 @@ constexpr double beyond_doubt = 1000.0;
 constexpr double plainly_off = 1.03;
 /// Iterations at each length of the windows, where a first look has ended astray.
 constexpr int lengthening_iterations = 5, finishing_iterations = 12;
+/// Rounds to its end of one that takes most there, while each lowers chi2 by such a share: what is found to leave nothing spares the
+/// others their looks, which take far longer.
+constexpr int finishing_rounds = 6;
+constexpr double still_falling = 0.003;
 /// Share of the evidence below which a round's gain ends the rounds.
 constexpr double small_gain = 0.01;
 /// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
@@ -69,27 +77,47 @@ constexpr double already_near = 0.05;
 /// Mean square over the noise through contact below which no model comes: each window's start is fitted.
 constexpr double lowest_floor = 0.5;
 
-/// Whether a fit through contact has taken most of what the reference leaves above the floor, where that is plain: windows
-/// with free starts have a floor below 1 that nobody knows.
-bool takesMost(const FitResult& fit, const FitResult& reference, double misfit = plain_misfit) {
-  return reference.squares > misfit * reference.count &&
-         fit.squares - fit.count < (1.0 - most) * (reference.squares - reference.count);
+/// Mean square over the noise that the right model leaves, as far as the runs without contact tell: what the rotor answers to noise
+/// in its loop is above the sensors' own.
+double floorOf(const References& references) {
+  const FitResult& free = references.free.fit;
+  return std::min(std::max(1.0, free.squares / std::max(1.0, free.count)), highest_floor);
 }
 
-/// Whether it has taken all but a thousandth of that: some windows may still be astray.
-bool takesNearlyAll(const FitResult& fit, const FitResult& reference) {
-  return takesMost(fit, reference) && fit.squares - fit.count < 1e-3 * (reference.squares - reference.count);
-}
+/// What fits leave against a reference; both are over the floor.
+struct Misfit {
+  double left, reference, count;
 
-/// Whether it leaves next to nothing through contact.
-bool leavesNothing(const FitResult& fit, const FitResult& reference) {
-  return takesNearlyAll(fit, reference) || (fit.squares < right_square * fit.count && takesMost(fit, reference, little_misfit)) ||
-         (fit.squares < settled_square * fit.count && takesMost(fit, reference));
+  Misfit(const FitResult& fit, const FitResult& against, double floor)
+      : left(fit.squares / floor), reference(against.squares / floor * (fit.count / std::max(1.0, against.count))), count(fit.count) {}
+  Misfit(const Trial& trial, const References& references)
+      : Misfit(trial.fit, references.of(trial).fit, needsContact(trial.effect) ? floorOf(references) : 1.0) {}
+
+  /// Whether the fit has taken most of what the reference leaves above the floor, where that is plain: windows with free starts
+  /// have a floor below 1 that nobody knows.
+  bool takesMost(double misfit = plain_misfit) const {
+    return reference > misfit * count && left - count < (1.0 - most) * (reference - count);
+  }
+  /// Whether it has taken all but a thousandth of that: some windows may still be astray.
+  bool takesNearlyAll() const { return takesMost() && left - count < 1e-3 * (reference - count); }
+  /// Whether it leaves next to nothing.
+  bool leavesNothing() const {
+    return takesNearlyAll() || (left < right_square * count && takesMost(little_misfit)) || (left < settled_square * count && takesMost());
+  }
+};
+
+/// Whether a fit without contact leaves nothing to be had by a rival: it is at the noise, or next to the floor of a noisy loop and has
+/// taken next to all.
+bool isSettledFree(const Trial& trial, const References& references) {
+  const FitResult& fit = trial.fit;
+  if (fit.squares < settled_square * fit.count) return true;
+  const double above = references.free.fit.squares - fit.count;
+  return fit.squares < highest_floor * fit.count && fit.squares - fit.count < little_left * above;
 }
 
 /// Whether a candidate through contact comes too late: nobody passes one that leaves nothing, but another such.
 bool isBeaten(const Trial& trial, const References& references, const Leaders& leaders, const std::vector<Trial>& trials) {
-  if (!leaders.through_contact || !needsContact(trial.effect) || leavesNothing(trial.fit, references.of(trial).fit)) return false;
+  if (!leaders.through_contact || !needsContact(trial.effect) || Misfit(trial, references).leavesNothing()) return false;
   double best = 0.0;
   for (const Trial& t : trials)
     if (t.usable() && needsContact(t.effect)) best = std::max(best, t.evidence);
@@ -111,7 +139,7 @@ double mostThroughContact(const References& references) {
 }
 
 bool plainlyOffThroughContact(const References& references) {
-  return references.contact.fit.squares > little_misfit * references.contact.fit.count;
+  return references.contact.fit.squares > little_misfit * floorOf(references) * references.contact.fit.count;
 }
 
 bool Leaders::beyondContact(const References& references) const {
@@ -128,8 +156,8 @@ void Leaders::add(const Trial& trial, const References& references) {
   if (!needsContact(trial.effect)) {
     if (trial.evidence <= free) return;
     free = trial.evidence;
-    free_settled = free > beyond_doubt && trial.fit.squares < settled_square * trial.fit.count;
-  } else if (trial.evidence > plain_evidence && leavesNothing(trial.fit, references.of(trial).fit)) {
+    free_settled = free > beyond_doubt && isSettledFree(trial, references);
+  } else if (trial.evidence > plain_evidence && Misfit(trial, references).leavesNothing()) {
     through_contact = true;
   }
 }
@@ -177,7 +205,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
       for (const auto& start : starts) all.emplace_back(&start, &nuisance);
     return all;
   }
-  const bool settled = leaders.settles(references);
+  const bool settled = leaders.settles(references), near_floor = !plainlyOffThroughContact(references);
   // where each start stands by itself says which are worth a fit
   using Seen = std::pair<double, Start>;
   const auto glance = [&](const std::vector<Start>& these, std::vector<Seen>& seen) {
@@ -185,9 +213,9 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
     seen.resize(before + these.size());
     tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
       FitEffort effort = {Through::contact, 0, false, true, start_stride};
-      effort.every_effect = settled && references.sparse.stride > 1;
-      seen[before + i] = {fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit.chi2,
-                          these[i]};
+      effort.every_effect = (settled || near_floor) && references.sparse.stride > 1;
+      const FitResult there = fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit;
+      seen[before + i] = {there.chi2 / std::max(1.0, there.count), these[i]};
     });
     std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.first < b.first; });
   };
@@ -195,6 +223,7 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   std::vector<Start> these;
   for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
   glance(these, seen);
+  if (near_floor && seen[0].first > from_afar * references.contact.fit.chi2 / references.contact.fit.count) return {};
   if (settled) return {seen[0].second};
   if (seen.size() > followed_starts) seen.resize(followed_starts);
   these.clear();
@@ -279,10 +308,13 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   if (!contact) addSeenShapes(belief_, nuisances[0], references, starts);
   bool serious = true;
   const bool known = seen != nullptr && seen->usable() && seen->stride == strideOver(seen->effects(), seen->stride) &&
-                     leavesNothing(seen->fit, references.of(*seen).fit);
+                     Misfit(*seen, references).leavesNothing();
   Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
-  if (!winner.fit.finite) return winner;  // also: not followed
+  if (!winner.fit.finite) {  // also: not followed
+    if (contact && winner.note.empty()) winner.note = "from none of its starts does it come near what the model leaves without it";
+    return winner;
+  }
   value(winner, references);
   // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
   // there has led astray begin anew
@@ -313,12 +345,20 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   FitEffort effort = {Through::contact, lengthening_iterations, false, true};
   // where the reference is near the floor there is little to be had by what is far above it
   if (isAstray(winner) && isAstray(references.of(winner))) take(lengthened(winner, effort, &references.prior, &references.of(winner)));
-  if (takesMost(winner.fit, references.of(winner).fit)) {  // to the end at once: where it leaves nothing, the others need less
-    effort.iterations = finishing_iterations;
-    const Eigen::VectorXd own = winner.nuisance();
+  if (Misfit(winner, references).takesMost()) {  // to the end at once: where it leaves nothing, the others need less
     const bool at_rest = winner.grown > 0.0 && winner.fit.iterations < lengthening_iterations;
-    take(isAstray(winner) && !at_rest ? lengthened(winner, effort, &references.prior)
-                          : fit(winner.effects(), &own, winner.local, {Through::contact, round_iterations, false, true}, &references.prior));
+    if (isAstray(winner) && !at_rest) {
+      effort.iterations = finishing_iterations;
+      take(lengthened(winner, effort, &references.prior));
+    }
+    effort.iterations = round_iterations;
+    effort.window_s = contact_window_s;
+    for (int round = 0; round < finishing_rounds && !Misfit(winner, references).leavesNothing() && !limit_.isUp(); ++round) {
+      const double before = winner.fit.chi2;
+      const Eigen::VectorXd own = winner.nuisance();
+      take(fit(winner.effects(), &own, winner.local, effort, &references.prior));
+      if (isAstray(winner) || winner.fit.chi2 > (1.0 - still_falling) * before) break;
+    }
   }
   return winner;
 }
@@ -328,7 +368,7 @@ bool Candidates::explainsContact(const Trial& trial, const References& reference
   const Trial there = fit(trial.effects(), &own, references.contact.local, {Through::contact, first_look_iterations, false, true},
                           &references.prior);
   const FitResult& reference = (there.stride > 1 ? references.sparse : references.contact).fit;
-  return there.fit.finite && takesMost(there.fit, reference, little_misfit);
+  return there.fit.finite && Misfit(there.fit, reference, floorOf(references)).takesMost(little_misfit);
 }
 
 void Candidates::value(Trial& trial, const References& references) const {
@@ -360,7 +400,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
           (t.evidence < leader && (settled ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
     }
     if (t.evidence > leader)
-      settled = t.fit.squares < settled_square * t.fit.count || (needsContact(t.effect) && leaders.through_contact);
+      settled = needsContact(t.effect) ? leaders.through_contact || t.fit.squares < settled_square * t.fit.count : isSettledFree(t, references);
     leader = std::max(leader, t.evidence);
   };
   int finished = 0;
@@ -379,7 +419,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     goOn(t, effort);
     // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {
-      if (t.evidence < (settled ? near : in_reach) * leader || (contact && leavesNothing(t.fit, references.of(t).fit))) break;
+      if (t.evidence < (settled ? near : in_reach) * leader || (contact && Misfit(t, references).leavesNothing())) break;
       value(other, references);
       goOn(other, {contact ? Through::contact : Through::free, contact ? round_iterations : climbing_iterations, false, contact});
       if (other.evidence > t.evidence) t = std::move(other);

@@ -17,9 +17,6 @@
 namespace amb_rotor {
 namespace {
 
-/// Validation error without contact above which a further effect is sought beside those adopted: half a million residuals tell
-/// 1.02 from the noise.
-constexpr double nothing_left = 1.015;
 /// Share of the evidence that all of what is unexplained would be, which a pair must promise where a plain law explains that; and
 /// beside effects that are adopted: three are rare, and each look is dear where these are not linear.
 constexpr double as_good = 0.9, beside_others = 0.5;
@@ -162,7 +159,7 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out)) {
     }
-    if (clean() && errors_.validation_error_free < nothing_left && !strained()) {
+    if (clean() && !strained()) {
       if (step + 1 == options_.most_steps || hurried() || !isMoreForeseen()) break;
       referred = true;
     } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {

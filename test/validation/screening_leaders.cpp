@@ -69,6 +69,30 @@ TEST(ScreeningLeaders, WhatComesSecondDoesNotUnsettleTheFirst) {
   EXPECT_TRUE(leaders.settles(afterBaseline()));
 }
 
+TEST(ScreeningLeaders, WhatNoiseInTheLoopLeavesIsNothingThroughContactEither) {
+  for (const double floor : {1.0, 1.07}) {  // 1.12 is 1.047 times the latter
+    References references = afterBaseline();
+    references.contact.fit.squares = 4e5;
+    references.free.fit.count = 1e5;
+    references.free.fit.squares = floor * 1e5;
+    Leaders leaders;
+    leaders.add(found("velocity_dependent_friction", 1e5, 1.12), references);
+    EXPECT_EQ(leaders.through_contact, floor > 1.0) << floor;
+  }
+}
+
+TEST(ScreeningLeaders, ALeaderThatHasTakenNextToAllLeavesNothingThoughItIsAboveTheNoise) {
+  for (const double left : {1.08, 1.10})  // 0.03 of what the reference leaves is 0.09
+    for (const double before : {1.5, 4.0}) {
+      References references = afterBaseline();
+      references.free.fit.count = 1e5;
+      references.free.fit.squares = before * 1e5;
+      Leaders leaders;
+      leaders.add(found("shaft_bow", 1e4, left), references);
+      EXPECT_EQ(leaders.free_settled, left < 1.09 && before > 2.0) << left << ", " << before;
+    }
+}
+
 TEST(ScreeningLeaders, WithoutALeaderContactIsLookedAtInFull) {
   EXPECT_FALSE(Leaders{}.settles(afterBaseline()));
 }
