@@ -19,6 +19,9 @@ constexpr double next_to_none = 0.1;
 /// Offsets' deviations, as currents by kp, beyond which integrators that hold as much do not begin at 0: where the offsets lie in the
 /// recording, whose drift is in the reading, and where they do not.
 constexpr double held_beside_offsets = 3.0, held_in_loop = 0.1;
+/// Share of the turning speed at which integrators in a run-in forget their mean: their ripple is off by as much; turns it is read from.
+constexpr double leak_share = 0.05;
+constexpr int ripple_turns = 3;
 /// Offset that the response is taken at, and drift over the run [m].
 constexpr double probe_m = 1e-6;
 /// Stated deviations up to which offsets go into the lanes themselves.
@@ -33,6 +36,11 @@ bool isExcited(const Recording& rec) {
 double medianOf(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2), values.end());
   return values[values.size() / 2];
+}
+
+double startingSpeed(const Recording& rec) {
+  if (rec.standstill) return 0.0;
+  return std::fabs(rec.path != nullptr ? rec.path->at(0.0).speed : rec.speed_rad_s);
 }
 
 bool hasPlainPid(const Model& belief) {
@@ -142,6 +150,23 @@ void takeOffsets(const Recording& rec, const Eigen::VectorXd& offsets, LaneJob& 
   }
 }
 
+Eigen::Vector4d integralRipple_m_s(const Recording& rec) {
+  Eigen::Vector4d out = Eigen::Vector4d::Zero();
+  const double speed = startingSpeed(rec), rate = rec.run.sample_rate_hz;
+  const long samples = speed > 0.0 ? std::lround(ripple_turns * two_pi / speed * rate) : 0;
+  if (samples < 2 || samples > rec.samples) return out;
+  for (int a = 0; a < axis_count; ++a) {
+    // s = mean + c cos + d sin over whole turns; of the integral c sin/w - d cos/w at t = 0 is -d/w
+    double sine = 0.0, mean = 0.0;
+    for (long i = 0; i < samples; ++i) mean += rec.measured[i * predicted_channels + a] / static_cast<double>(samples);
+    for (long i = 0; i < samples; ++i)
+      sine += 2.0 / static_cast<double>(samples) * (rec.measured[i * predicted_channels + a] - mean) *
+              std::sin(speed * static_cast<double>(i) / rate);
+    out[a] = -sine / speed;
+  }
+  return out;
+}
+
 void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {
   const auto offset_std = belief.uncertainty.find("sensor.offset_m");
   if (offset_std == belief.uncertainty.end() || !(offset_std->second > 0.0)) return;
@@ -150,8 +175,12 @@ void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {
     Recording& rec = recordings[r];
     if (loop.integrators_settled && !rec.holdsContact()) {
       const LawReading reading = readLaw(rec, belief);
-      for (int a = 0; a < axis_count && reading.integral_A.allFinite(); ++a)
-        rec.integral_m_s[static_cast<std::size_t>(a)] = reading.integral_A[a] / belief.rig.controller.ki_A_per_m_s;
+      if (reading.integral_A.allFinite()) {
+        const Eigen::Vector4d ripple = integralRipple_m_s(rec);
+        for (int a = 0; a < axis_count; ++a)
+          rec.integral_m_s[static_cast<std::size_t>(a)] = reading.integral_A[a] / belief.rig.controller.ki_A_per_m_s - ripple[a];
+        if (startingSpeed(rec) > 0.0) rec.integrator_leak_per_s = leak_share * startingSpeed(rec);
+      }
     }
     rec.offsets_in_loop = loop.offsets_in_loop;
     if (!loop.offsets_in_loop || rec.holdsContact()) return;

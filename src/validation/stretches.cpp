@@ -11,6 +11,8 @@
 namespace amb_rotor {
 namespace {
 
+/// Times of the integrators' leak in a run-in, and the longest that it becomes for them [s].
+constexpr double leak_times = 4.0, longest_leak_s = 0.5;
 /// Deepest penetration that the step through a Hertzian contact is made for [m].
 constexpr double hertz_penetration_m = 2e-5;
 
@@ -46,6 +48,10 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
   if (hasEffect(model, "eddy_current_lag")) stretch.settle_s = std::max(stretch.settle_s, 0.5);
   // and a limit of the currents that the settled motion keeps may be too low for the way there from rest
   if (settling > 0.0 || hasEffect(model, "current_saturation")) stretch.calm_s = 0.15;
+  if (rec.integrator_leak_per_s > 0.0) {
+    stretch.integrator_leak_per_s = rec.integrator_leak_per_s;
+    stretch.settle_s = std::max(stretch.settle_s, std::min(leak_times / rec.integrator_leak_per_s, longest_leak_s));
+  }
   stretch.contact_step_s = rec.stays_inside ? 0.0 : 1e-5;
   stretch.spin = rec.path == nullptr && !rec.standstill && hasEffect(model, "spin_drag") ? Spin::drag : Spin::prescribed;
   return stretch;

@@ -142,6 +142,11 @@ class Simulator {
 
   /// Keeps the controller's integrators where they are (a run-in before a recording).
   void restIntegrators() { integrate_ = false; }
+  /// Lets them follow what turns about these values [m s] and no mean: I' = s - leak (I - about). Of a PID by axis.
+  void leakIntegrators(double leak_per_s, const S about[4]) {
+    leak_ = std::min(1.0, leak_per_s / sample_rate_);
+    std::copy(about, about + 4, about_);
+  }
   /// Hurries lags that would not settle within a run-in: each is e^-8 of its start at the end, the slowest follow the
   /// current's mean as they should.
   void settleLags(double run_in_s) {
@@ -290,6 +295,7 @@ class Simulator {
         machine_.electrics().filtered(state.mechanics.data() + machine_.electricsOffset(), seen.signal);
         controller_.sample(seen.signal, seen.shaft.speed, state.controller, state.control.data(), command.command,
                            integrate_);
+        for (int a = 0; a < 4 && leak_ > 0.0; ++a) state.controller[a].integral -= S(leak_) * (state.controller[a].integral - about_[a]);
         state.pending.push_back(command);
         ++state.next_sample;
       }
@@ -320,6 +326,8 @@ class Simulator {
   CurrentTrack<S> track_;
   bool controlled_;
   bool integrate_ = true;
+  double leak_ = 0.0;  ///< of a sample
+  S about_[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};
   double sample_rate_, delay_, record_rate_;
 };
 

@@ -47,7 +47,11 @@ std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief);
 Eigen::VectorXd offsetsInLanes(const Recording& rec, const LocalState& local, double offset_std_m);
 void takeOffsets(const Recording& rec, const Eigen::VectorXd& offsets, LaneJob& job);
 
-/// Fills what the recordings say into them: offsets_in_loop, offset_columns, integral_m_s.
+/// What settled integrators of a turning rotor stand about, of which the reading at t = 0 is one instant: their ripple is the integral of
+/// the signals' first order, by least squares over the first turns.
+Eigen::Vector4d integralRipple_m_s(const Recording& rec);
+
+/// Fills what the recordings say into them: offsets_in_loop, offset_columns, integral_m_s, integrator_leak_per_s.
 void applyLoopReading(std::vector<Recording>& recordings, const Model& belief);
 
 }  // namespace amb_rotor

@@ -25,6 +25,7 @@ struct Stretch {
   double largest_step_s = 5e-5;
   double contact_step_s = 2.5e-6;  ///< 0: contact is left out
   double settle_s = 0.15;  ///< run-in where a lane has no starting state
+  double integrator_leak_per_s = 0.0;  ///< in the run-in, see Simulator::leakIntegrators(); 0: they rest
   double calm_s = 0.0;     ///< before that, with weakly damped modes held back: their static deflection would ring for long
   /// Through contact of set-valued friction: every machine goes by itself, its events located (machine/event_stepper.hpp).
   /// Otherwise friction is regularised, which stretches without contact do not feel.
@@ -38,7 +39,7 @@ struct LaneJob {
   double angle0_rad = 0.0, speed_rad_s = 0.0;
   double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
   double drift_m_per_s[4] = {0, 0, 0, 0};
-  double integral_m_s[4] = {0, 0, 0, 0};    ///< that the controller's integrators hold in a run-in and begin with
+  double integral_m_s[4] = {0, 0, 0, 0};    ///< that the controller's integrators hold in a run-in, or lie about, and begin with
   const MachineState<double>* start = nullptr;  ///< at instant `first`; null: settled at t = 0 (first must be 0)
   /// Where there is no starting state: a motion from which the run-in begins instead of from rest, at the shaft's angle of
   /// instant `first`; settle_s is whole turns then. Of several motions that a machine can settle in it tells the one.

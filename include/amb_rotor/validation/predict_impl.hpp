@@ -153,7 +153,14 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
                             ? laneValue(machine.rig().controller.sample_rate_hz, 0)
                             : stretch.record_rate_hz;
     Simulator<S> before(machine, run_in, 0.0);
-    before.restIntegrators();
+    if (stretch.integrator_leak_per_s > 0.0) {
+      S about[4];
+      for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
+        for (int a = 0; a < 4; ++a) setLane(about[a], l, jobs[l < count ? l : count - 1].integral_m_s[a]);
+      before.leakIntegrators(stretch.integrator_leak_per_s, about);
+    } else {
+      before.restIntegrators();
+    }
     before.settleLags(stretch.settle_s);
     const double begin = start_time - std::ceil(stretch.settle_s * rate) / rate;
     const bool moving = jobs[0].settle_from != nullptr;

@@ -37,7 +37,9 @@ struct Recording {
   bool stays_inside = false;            ///< no end can have touched: predicted without contact
   bool offsets_in_loop = false;         ///< the sensors' offsets and drifts: the controller acts on them, too
   std::vector<double> offset_columns;   ///< then: what they show without contact, see offsetsInLoop()
-  std::array<double, axis_count> integral_m_s{};  ///< of the controller's integrators at the start of a run without contact
+  /// Of the controller's integrators at the start of a run without contact, and how fast they follow what turns in its run-in; 0: not.
+  std::array<double, axis_count> integral_m_s{};
+  double integrator_leak_per_s = 0.0;
   TachoPulses pulses;
   std::vector<std::string> remarks;     ///< what is odd in the data: dropouts, missing pulses, saturation
 
