@@ -65,6 +65,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
     if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, true);
   }
+  widenAlongEquivalents(candidates_.belief(), *joint_.space, joint_.fit.x, joint_.fit.covariance);
   adopted_ = joint_.effects();
   for (std::size_t i = 0; i < effects.size(); ++i)
     for (auto& step : out.steps)

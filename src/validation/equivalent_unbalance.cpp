@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "amb_rotor/common/units.hpp"
 
@@ -10,6 +11,8 @@ namespace {
 
 /// Over 1/(z - z_n), in which the pairs lie evenly; then halved about the best.
 constexpr int places = 4001, refinements = 40;
+/// Share of 1/(z - z_n) by which the belief's bend along the line is taken.
+constexpr double line_step = 0.01;
 /// A rotor ends within so many times its outermost plane.
 constexpr double rotor_beyond_planes = 1.5;
 
@@ -51,30 +54,89 @@ UnbalancePair likeliestUnbalance(const UnbalancePair& found, const BelievedUnbal
   return pairAt(best);
 }
 
-bool moveToLikeliestUnbalance(const Model& belief, const FitSpace& space, std::vector<EffectSetting>& effects,
-                              Eigen::VectorXd& nuisance) {
+namespace {
+
+/// Where a fit has the two unbalances, and what is believed of the rig's own.
+struct Places {
+  BelievedUnbalance believed;
+  double reach_m = 0.0;
+  int moment = -1, phase = -1;  ///< of the rig's own, among the nuisances
+  std::size_t effect = 0;
+
+  UnbalancePair pair(const std::vector<EffectSetting>& effects, const Eigen::VectorXd& nuisance) const {
+    const std::vector<double>& values = effects[effect].values;
+    return {std::polar(nuisance[moment], nuisance[phase]), std::polar(values[0], values[1]), values[2]};
+  }
+  void take(const UnbalancePair& pair, std::vector<EffectSetting>& effects, Eigen::VectorXd& nuisance) const {
+    nuisance[moment] = std::abs(pair.own);
+    nuisance[phase] = believed.phase_rad + std::remainder(std::arg(pair.own) - believed.phase_rad, two_pi);
+    effects[effect].values = {std::abs(pair.second), std::arg(pair.second), pair.second_z_m};
+  }
+};
+
+std::optional<Places> placesOf(const Model& belief, const FitSpace& space, const std::vector<EffectSetting>& effects) {
   const auto effect =
       std::find_if(effects.begin(), effects.end(), [](const EffectSetting& e) { return e.id == "couple_unbalance"; });
-  if (effect == effects.end() || belief.rig.unbalance.size() != 1) return false;
-  int moment = -1, phase = -1;
+  if (effect == effects.end() || belief.rig.unbalance.size() != 1) return {};
+  Places out;
+  out.effect = static_cast<std::size_t>(effect - effects.begin());
   for (int k = 0; k < space.nuisances(); ++k) {
-    if (space.coordinates()[k].name == "unbalance.moment_kg_m") moment = k;
-    if (space.coordinates()[k].name == "unbalance.phase_rad") phase = k;
+    if (space.coordinates()[k].name == "unbalance.moment_kg_m") out.moment = k;
+    if (space.coordinates()[k].name == "unbalance.phase_rad") out.phase = k;
   }
-  if (moment < 0 || phase < 0) return false;
-  const Coordinate &u = space.coordinates()[moment], &p = space.coordinates()[phase];
-  const BelievedUnbalance believed = {belief.rig.unbalance[0].plane_z_m, u.prior_mean, u.prior_std, p.prior_mean, p.prior_std};
-  double reach = 0.0;
+  if (out.moment < 0 || out.phase < 0) return {};
+  const Coordinate &u = space.coordinates()[out.moment], &p = space.coordinates()[out.phase];
+  out.believed = {belief.rig.unbalance[0].plane_z_m, u.prior_mean, u.prior_std, p.prior_mean, p.prior_std};
   for (const auto* planes : {belief.rig.planes.amb, belief.rig.planes.sensor, belief.rig.planes.aux})
-    for (int end = 0; end < 2; ++end) reach = std::max(reach, rotor_beyond_planes * std::fabs(planes[end]));
-  const UnbalancePair found = {std::polar(nuisance[moment], nuisance[phase]), std::polar(effect->values[0], effect->values[1]),
-                               effect->values[2]};
-  const UnbalancePair best = likeliestUnbalance(found, believed, reach);
+    for (int end = 0; end < 2; ++end) out.reach_m = std::max(out.reach_m, rotor_beyond_planes * std::fabs(planes[end]));
+  return out;
+}
+
+}  // namespace
+
+bool moveToLikeliestUnbalance(const Model& belief, const FitSpace& space, std::vector<EffectSetting>& effects,
+                              Eigen::VectorXd& nuisance) {
+  const std::optional<Places> places = placesOf(belief, space, effects);
+  if (!places) return false;
+  const UnbalancePair found = places->pair(effects, nuisance);
+  const UnbalancePair best = likeliestUnbalance(found, places->believed, places->reach_m);
   if (best.second_z_m == found.second_z_m) return false;
-  nuisance[moment] = std::abs(best.own);
-  nuisance[phase] = p.prior_mean + std::remainder(std::arg(best.own) - p.prior_mean, two_pi);
-  effect->values = {std::abs(best.second), std::arg(best.second), best.second_z_m};
+  places->take(best, effects, nuisance);
   return true;
+}
+
+Eigen::VectorXd deviationAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x) {
+  std::vector<EffectSetting> effects = space.fitted();
+  for (EffectSetting& effect : effects)
+    for (const EffectSetting& there : space.model(x).effects)
+      if (there.id == effect.id) effect.values = there.values;
+  const std::optional<Places> places = placesOf(belief, space, effects);
+  Eigen::VectorXd nuisance = x.head(space.nuisances()), none = Eigen::VectorXd::Zero(x.size());
+  if (!places) return none;
+  const UnbalancePair found = places->pair(effects, nuisance);
+  const double z = places->believed.plane_z_m, inverse = 1.0 / (found.second_z_m - z), step = line_step * inverse;
+  const std::complex<double> sum = found.own + found.second, beside = found.second / inverse;
+  if (!std::isfinite(inverse) || !(std::abs(beside) > 0.0)) return none;
+  Eigen::VectorXd at[2];
+  double square[3] = {0.0, squareOff(found.own, places->believed), 0.0};
+  for (const int side : {0, 1}) {
+    const double there = inverse + (side == 0 ? -step : step);
+    const UnbalancePair pair = {sum - beside * there, beside * there, z + 1.0 / there};
+    square[2 * side] = squareOff(pair.own, places->believed);
+    places->take(pair, effects, nuisance);
+    at[side] = FitSpace(belief, effects).start();
+    at[side].head(space.nuisances()) = nuisance;
+  }
+  const double bend = square[0] - 2.0 * square[1] + square[2];  // chi2'' step^2
+  return bend > 0.0 ? Eigen::VectorXd(0.5 * (at[1] - at[0]) * std::sqrt(2.0 / bend)) : none;
+}
+
+void widenAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x, Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd deviation = deviationAlongEquivalents(belief, space, x);
+  double known = 1.0;  // the least share of its variance along the line that a coordinate has already
+  for (long k = 0; k < x.size(); ++k)
+    if (deviation[k] != 0.0) known = std::min(known, covariance(k, k) / (deviation[k] * deviation[k]));
+  if (deviation.allFinite()) covariance += (1.0 - known) * deviation * deviation.transpose();
 }
 
 }  // namespace amb_rotor

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "../support/models.hpp"
+
 namespace amb_rotor {
 namespace {
 
@@ -40,6 +42,29 @@ TEST(EquivalentUnbalance, StaysInsideTheRotorAndWithoutACouple) {
   EXPECT_LE(std::fabs(likeliestUnbalance(found, believed, 0.2).second_z_m), 0.2);
   const UnbalancePair none = {std::polar(1e-5, 0.0), 0.0, 0.1};
   EXPECT_EQ(likeliestUnbalance(none, believed, 0.2).second_z_m, 0.1);
+}
+
+TEST(EquivalentUnbalance, WhatTheBeliefLeavesOpenIsStated) {
+  using namespace testing_support;
+  // one line through the centre: n and U are parallel, so n alone says where along it, and its moment's deviation is U's
+  Model belief = withUnbalance(levitated(), 5e-5, 0.4, -0.02);
+  belief.uncertainty["unbalance.moment_kg_m"] = 0.1;
+  belief.uncertainty["unbalance.phase_rad"] = 0.05;
+  const double second = 2e-5, z = 0.06;
+  const FitSpace space(belief, {{"couple_unbalance", {second, 0.4, z}}});
+  const Eigen::VectorXd x = space.start();
+  Eigen::MatrixXd covariance = 1e-12 * Eigen::MatrixXd::Identity(x.size(), x.size());
+  for (int k = 0; k < x.size(); ++k) covariance(k, k) *= std::pow(space.coordinates()[k].scale, 2);
+  widenAlongEquivalents(belief, space, x, covariance);
+  const auto values = space.effectValues(0, x, covariance);
+  // the moment's deviation is 0.1 of 5e-5; U (z - z_n) stays. The belief counts the moment's square, whose bend is a parabola
+  EXPECT_NEAR(values[0].std, 5e-6, 0.01 * 5e-6);
+  EXPECT_NEAR(values[2].std, (z + 0.02) * 5e-6 / second, 0.01 * (z + 0.02) * 5e-6 / second);
+  EXPECT_LT(values[1].std, 1e-3);
+  const Eigen::MatrixXd wide = 4.0 * covariance;
+  Eigen::MatrixXd stays = wide;
+  widenAlongEquivalents(belief, space, x, stays);
+  EXPECT_NEAR((stays - wide).norm(), 0.0, 1e-6 * wide.norm());
 }
 
 }  // namespace

@@ -36,4 +36,12 @@ UnbalancePair likeliestUnbalance(const UnbalancePair& found, const BelievedUnbal
 bool moveToLikeliestUnbalance(const Model& belief, const FitSpace& space, std::vector<EffectSetting>& effects,
                               Eigen::VectorXd& nuisance);
 
+/// One deviation of the belief about the rig's own unbalance along the line, as a change of the fit's coordinates; 0: no such pair.
+Eigen::VectorXd deviationAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x);
+
+/// Widens a fit's covariance to what the belief about the rig's own unbalance leaves open along the line. Derivatives that are taken
+/// by differences lend a line that is exactly flat a curvature of their own, beside which that belief is little.
+/// @param x  of `space`
+void widenAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x, Eigen::MatrixXd& covariance);
+
 }  // namespace amb_rotor
