@@ -173,12 +173,8 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough
   int count = 0;
   const auto mean = [&](const std::vector<int>& which) {
     std::vector<RunResult> own;
-    // twice where windows are, or offsets in the loop: the first pass finds the runs' offsets, the second counts with them
-    const bool windows = !which.empty() && recordings_[which[0]].holdsContact();
-    const bool in_loop = !which.empty() && recordings_[which[0]].offsets_in_loop;
     evaluation.thorough = thorough;
-    if (windows || in_loop) problem.evaluate(trial.fit.x, which, local, evaluation, nullptr);
-    problem.evaluate(trial.fit.x, which, local, evaluation, &own);
+    evaluateSettled(problem, trial.fit.x, which, local, evaluation, own);
     double part = 0.0;
     for (const auto& r : own) part += r.mean_square;
     sum += part;

@@ -65,12 +65,7 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
   evaluation.window_passes = 3;
   evaluation.thorough = true;
   std::vector<RunResult> results;
-  // twice: windows, and loops that offsets go round, count with the offsets of their run only once those are known
-  std::vector<int> twice;
-  for (int i : everything)
-    if (recordings[i].holdsContact() || recordings[i].offsets_in_loop) twice.push_back(i);
-  problem.evaluate(fitted.x, twice, local, evaluation, nullptr);
-  problem.evaluate(fitted.x, everything, local, evaluation, &results);
+  evaluateSettled(problem, fitted.x, everything, local, evaluation, results);
   out.model = space.model(fitted.x);
   out.nuisance = space.nuisanceValues(fitted.x, fitted.covariance);
   for (int i : everything) {

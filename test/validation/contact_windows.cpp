@@ -45,5 +45,28 @@ TEST(ContactWindows, StartsOutOfReachAreFoundThroughTheBeginningOfTheWindow) {
   EXPECT_EQ(grown, 0) << "of " << at_once;
 }
 
+TEST(ContactWindows, RunsAreEvaluatedUntilTheyStand) {
+  const MadeSet& set = madeSet(4300147, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  const FitSpace space(set.truth(), {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  const std::vector<int> touching = {set.indexOf("rub_1"), set.indexOf("drop_1")};
+  EvaluationOptions options;
+  options.jacobian = false;
+  options.thorough = true;
+  options.window_passes = 3;
+  std::vector<LocalState> local(set.recordings.size()), other = local;
+  std::vector<RunResult> first, settled, more;
+  problem.evaluate(space.start(), touching, other, options, &first);
+  evaluateSettled(problem, space.start(), touching, local, options, settled);
+  problem.evaluate(space.start(), touching, local, options, &more);
+  double led_on = 0.0;
+  for (std::size_t i = 0; i < touching.size(); ++i) {
+    EXPECT_NEAR(more[i].mean_square, settled[i].mean_square, 0.02 * settled[i].mean_square);  // or it would have gone on
+    EXPECT_LT(settled[i].mean_square, 1.05);  // the true machine, each window's start fitted
+    led_on = std::max(led_on, first[i].mean_square / settled[i].mean_square);
+  }
+  EXPECT_GT(led_on, 1.02);  // one evaluation is not enough
+}
+
 }  // namespace
 }  // namespace amb_rotor

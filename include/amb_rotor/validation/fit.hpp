@@ -101,6 +101,8 @@ class FitProblem {
 
   const FitSpace& space() const { return space_; }
   bool holdsContact(int recording) const { return recordings_[recording].holdsContact(); }
+  /// Whether an evaluation leads on from what the one before has left of the run.
+  bool settlesByPasses(int recording) const { return holdsContact(recording) || recordings_[recording].offsets_in_loop; }
   /// Evaluates the recordings of the given indices (into the list of the constructor), in parallel.
   NormalEquations evaluate(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
                            const EvaluationOptions& options, std::vector<RunResult>* results = nullptr) const;
@@ -120,6 +122,12 @@ class FitProblem {
   double offset_std_;
   std::vector<double> steps_, free_steps_;  ///< of the finite differences, through contact and without
 };
+
+/// Evaluates runs until what belongs to them alone stands: windows, and loops that offsets go round, count with the offsets of their run
+/// only once those are known, and lead on from where they were left. Other runs need one evaluation.
+/// @param results  of the last one
+void evaluateSettled(const FitProblem& problem, const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
+                     const EvaluationOptions& options, std::vector<RunResult>& results);
 
 struct FitOptions {
   int most_iterations = 8;
