@@ -13,6 +13,8 @@
 namespace amb_rotor {
 namespace {
 
+/// Of offsets that go round the loop, and of their drift over a run [m].
+constexpr double offset_step_m = 1e-7;
 /// Length of the blocks whose scores are taken as independent [s].
 constexpr double score_block_s = 0.05;
 /// Angles tried at standstill: over the whole turn, then about the best. The hills of a crack, which opens over a small
@@ -188,6 +190,16 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const double speed_step = angle_step_rad / rec.duration();
   if (angle || turning) add(models[0], angle_step_rad, 0.0);
   if (turning) add(models[0], 0.0, speed_step);
+  // what offsets in the loop show beside an effect may be several times what the believed loop makes of them (a stiffness that is
+  // nearly gone), and steps by that would lead away
+  const bool own_offsets = offset_std_ > 0.0 && rec.offsets_in_loop && !models[0].effects.empty();
+  const std::size_t first_offset = jobs.size();
+  for (int k = 0; k < 2 * axis_count && own_offsets; ++k) {
+    Eigen::VectorXd moved_offsets = taken_offsets;
+    moved_offsets[k] += offset_step_m;
+    add(models[0], 0.0, 0.0);
+    takeOffsets(rec, moved_offsets, jobs.back());
+  }
   std::vector<double> outs(width * jobs.size());
   for (std::size_t k = 0; k < jobs.size(); ++k) {
     jobs[k].out = outs.data() + k * width;
@@ -216,7 +228,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   std::vector<double> steps;
   for (int k = frozen; k < g; ++k) steps.push_back(free_steps_[moved[k]]);
   for (int k = 0; k < la; ++k) steps.push_back(shaft_step[k]);
-  const FreeColumns columns(rec, std::move(known), outs, steps, in_loop);
+  for (std::size_t k = first_offset; k < jobs.size(); ++k) steps.push_back(offset_step_m);
+  const FreeColumns columns(rec, std::move(known), outs, steps, in_loop && !own_offsets);
   const ChannelProducts sums = columns.products();
   const int dense = g + lc;  // columns that come from predictions
   const int one = columns.one(), residual = columns.residual();
@@ -333,7 +346,9 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
       for (int k = 0; k < la; ++k)
         result.predicted[at] += (outs[(lanes + k) * width + at] - outs[at]) / shaft_step[k] * solved[k];
     for (std::size_t at = 0; at < width && in_loop; ++at)
-      for (int k = la; k < lc; ++k) result.predicted[at] += rec.offset_columns[at * 2 * axis_count + (k - la)] * solved[k];
+      for (int k = la; k < lc; ++k)
+        result.predicted[at] += solved[k] * (own_offsets ? (outs[(first_offset + k - la) * width + at] - outs[at]) / offset_step_m
+                                                         : rec.offset_columns[at * 2 * axis_count + (k - la)]);
     for (long i = 0; i < n && !in_loop; ++i)
       for (int a = 0; a < 4; ++a)
         result.predicted[i * predicted_channels + a] +=
