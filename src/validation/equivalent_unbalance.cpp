@@ -132,6 +132,8 @@ Eigen::VectorXd deviationAlongEquivalents(const Model& belief, const FitSpace& s
 }
 
 void widenAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x, Eigen::MatrixXd& covariance) {
+  const auto& fitted = space.fitted();
+  if (std::any_of(fitted.begin(), fitted.end(), [](const EffectSetting& e) { return e.id == "shaft_flexibility"; })) return;
   const Eigen::VectorXd deviation = deviationAlongEquivalents(belief, space, x);
   double known = 1.0;  // the least share of its variance along the line that a coordinate has already
   for (long k = 0; k < x.size(); ++k)

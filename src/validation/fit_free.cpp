@@ -40,7 +40,7 @@ class Beginning {
  public:
   Beginning(const Recording& rec, const Model& model, const Stretch& stretch, bool from_motion) : stretch_(stretch) {
     if (!from_motion) return;
-    const double speed = std::fabs(rec.path != nullptr ? rec.path->at(0.0).speed : rec.speed_rad_s);
+    const double speed = std::fabs(rec.startingSpeed());
     if (speed > 0.0) stretch_.settle_s = std::ceil(stretch.settle_s * speed / two_pi) * two_pi / speed;
     motion_ = stateFromMeasurement(rec, model, stretch.spin, 0);
     moving_ = true;

@@ -38,11 +38,6 @@ double medianOf(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-double startingSpeed(const Recording& rec) {
-  if (rec.standstill) return 0.0;
-  return std::fabs(rec.path != nullptr ? rec.path->at(0.0).speed : rec.speed_rad_s);
-}
-
 bool hasPlainPid(const Model& belief) {
   return belief.amb_model == AmbModel::linear && belief.control.plain() && belief.rig.controller.kp_A_per_m > 0.0;
 }
@@ -152,7 +147,7 @@ void takeOffsets(const Recording& rec, const Eigen::VectorXd& offsets, LaneJob& 
 
 Eigen::Vector4d integralRipple_m_s(const Recording& rec) {
   Eigen::Vector4d out = Eigen::Vector4d::Zero();
-  const double speed = startingSpeed(rec), rate = rec.run.sample_rate_hz;
+  const double speed = rec.standstill ? 0.0 : std::fabs(rec.startingSpeed()), rate = rec.run.sample_rate_hz;
   const long samples = speed > 0.0 ? std::lround(ripple_turns * two_pi / speed * rate) : 0;
   if (samples < 2 || samples > rec.samples) return out;
   for (int a = 0; a < axis_count; ++a) {
@@ -179,7 +174,7 @@ void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {
         const Eigen::Vector4d ripple = integralRipple_m_s(rec);
         for (int a = 0; a < axis_count; ++a)
           rec.integral_m_s[static_cast<std::size_t>(a)] = reading.integral_A[a] / belief.rig.controller.ki_A_per_m_s - ripple[a];
-        if (startingSpeed(rec) > 0.0) rec.integrator_leak_per_s = leak_share * startingSpeed(rec);
+        if (!rec.standstill) rec.integrator_leak_per_s = leak_share * std::fabs(rec.startingSpeed());
       }
     }
     rec.offsets_in_loop = loop.offsets_in_loop;

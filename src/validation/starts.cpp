@@ -56,7 +56,7 @@ double typicalPenetration(const Model& belief, const std::vector<Recording>& rec
 double fastestWithContact(const std::vector<Recording>& recordings) {
   double with_contact = 0.0, any = 1.0;
   for (const auto& r : recordings) {
-    const double speed = r.path != nullptr ? r.path->at(0.0).speed : r.speed_rad_s;
+    const double speed = r.startingSpeed();
     any = std::max(any, std::fabs(speed));
     if (r.holdsContact()) with_contact = std::max(with_contact, std::fabs(speed));
   }

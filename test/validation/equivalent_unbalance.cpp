@@ -65,6 +65,13 @@ TEST(EquivalentUnbalance, WhatTheBeliefLeavesOpenIsStated) {
   Eigen::MatrixXd stays = wide;
   widenAlongEquivalents(belief, space, x, stays);
   EXPECT_NEAR((stays - wide).norm(), 0.0, 1e-6 * wide.norm());
+  // a rotor that bends tells the plane itself
+  const FitSpace bending(belief, {{"couple_unbalance", {second, 0.4, z}}, {"shaft_flexibility", typicalValues("shaft_flexibility")}});
+  const Eigen::VectorXd there = bending.start();
+  const Eigen::MatrixXd told = Eigen::MatrixXd::Identity(there.size(), there.size()) * 1e-20;
+  Eigen::MatrixXd as_told = told;
+  widenAlongEquivalents(belief, bending, there, as_told);
+  EXPECT_EQ(as_told, told);
 }
 
 }  // namespace

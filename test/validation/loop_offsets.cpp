@@ -78,14 +78,20 @@ TEST(LoopOffsets, InTheLoopTheControllerActsOnThem) {
   EXPECT_FALSE(readLoop(recordings, without_coils, made.offset_std_m).offsets_in_loop);
 }
 
-/// Half a second of a rotor that its weight pulls at and that a controller with integrators holds, which begin with so much.
-Recording heldByIntegrators(const Model& model, double share, const double* offset_m) {
+/// Of a rotor that turns at 70 Hz.
+Recording turning(long samples) {
   Recording rec;
   rec.run.kind = RunKind::steady;
   rec.run.sample_rate_hz = 1e4;
-  rec.samples = 5000;
+  rec.samples = samples;
   rec.speed_rad_s = radPerSecond(70.0);
   rec.noise.fill(1e-7);
+  return rec;
+}
+
+/// Half a second of a rotor that its weight pulls at and that a controller with integrators holds, which begin with so much.
+Recording heldByIntegrators(const Model& model, double share, const double* offset_m) {
+  Recording rec = turning(5000);
   // at the sensors' zero each bearing carries half of the weight, by its current alone
   const auto& rig = model.rig;
   const double current = 0.5 * rig.rotor.mass_kg * 9.81 / rig.amb.current_stiffness_N_per_A;
@@ -144,12 +150,7 @@ TEST(LoopOffsets, SettledIntegratorsOfATurningRotorBeginWithTheirRipple) {
   Model model = heavyRotor();
   model.rig.controller.ki_A_per_m_s = 1.2e5;
   model.uncertainty["sensor.offset_m"] = 1e-6;
-  Recording longer;
-  longer.run.kind = RunKind::steady;
-  longer.run.sample_rate_hz = 1e4;
-  longer.samples = 35000;
-  longer.speed_rad_s = radPerSecond(70.0);
-  longer.noise.fill(1e-7);
+  const Recording longer = turning(35000);
   const std::vector<double> all = predictedBy(model, longer);
   Recording rec = longer;
   constexpr long cut = 30000;
@@ -246,15 +247,11 @@ TEST(LoopOffsets, TheTrueMachineLeavesTheNoiseWhereTheyAreLookedForInTheLoop) {
 }
 
 /// Mean square over the noise that the true machine leaves of a run in which its unbalance takes a current to its limit and offsets go
-/// round the loop; their response is given as that of a machine without the limit.
+/// round the loop, after so many evaluations.
 double leftThroughLimit(int passes, LocalState& local) {
   const Model unlimited = withUnbalance(levitated(), 4e-5, 0.3);
-  Recording rec;
-  rec.run.kind = RunKind::steady;
-  rec.run.sample_rate_hz = 1e4;
-  rec.samples = 3000;
-  rec.speed_rad_s = radPerSecond(70.0);
-  for (int c = 0; c < predicted_channels; ++c) rec.noise[c] = c < axis_count ? 1e-7 : 1e-3;
+  Recording rec = turning(3000);
+  for (int c = axis_count; c < predicted_channels; ++c) rec.noise[c] = 1e-3;
   double most = 0.0;
   const std::vector<double> free = shownWith(unlimited, rec, nullptr, 0.0);
   for (long i = 0; i < rec.samples; ++i) most = std::max(most, free[i * predicted_channels + axis_count]);
@@ -264,7 +261,6 @@ double leftThroughLimit(int passes, LocalState& local) {
   std::normal_distribution<double> normal;
   for (std::size_t at = 0; at < rec.measured.size(); ++at) rec.measured[at] += rec.noise[at % predicted_channels] * normal(generator);
   rec.offsets_in_loop = true;
-  rec.offset_columns = offsetsInLoop(rec, unlimited);
   const std::vector<Recording> one = {rec};
   const FitSpace space(model, {});
   const FitProblem problem(one, space, 1e-6);
@@ -279,9 +275,9 @@ TEST(LoopOffsets, ThroughALimitTheyCountAtTheirSize) {
   LocalState local, unused;
   // 24000 residuals: 0.02 is two of their mean square's deviations
   EXPECT_NEAR(leftThroughLimit(4, local), 1.0, 0.02);
-  // the noise leaves 1e-7/sqrt(3000), the prior 1e-5 of it; the rest is for their response's being another's
+  // the noise leaves 1e-7/sqrt(3000) = 2e-9, more along what sensors share with the drift
   for (int a = 0; a < axis_count; ++a) EXPECT_NEAR(local.offset_m[a], loop_offset_m[a], 0.02e-6) << a;
-  EXPECT_GT(leftThroughLimit(1, unused), 1.1);  // by the response that is given alone they are not found
+  EXPECT_GT(leftThroughLimit(1, unused), 1.1);  // to first order alone they are not found
 }
 
 TEST(LoopOffsets, WindowsThroughContactBeginInTheLoopThatHasThem) {

@@ -40,7 +40,8 @@ bool moveToLikeliestUnbalance(const Model& belief, const FitSpace& space, std::v
 Eigen::VectorXd deviationAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x);
 
 /// Widens a fit's covariance to what the belief about the rig's own unbalance leaves open along the line. Derivatives that are taken
-/// by differences lend a line that is exactly flat a curvature of their own, beside which that belief is little.
+/// by differences lend a line that is exactly flat a curvature of their own, beside which that belief is little. Beside a bending mode,
+/// whose line is not flat, nothing is widened.
 /// @param x  of `space`
 void widenAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x, Eigen::MatrixXd& covariance);
 

@@ -41,14 +41,15 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
 /// sensor's gain is off by changes it in proportion. Empty: the belief does not stay finite.
 std::vector<double> offsetsInLoop(const Recording& rec, const Model& belief);
 
-/// Offsets, then drifts over the run, that a run without contact is predicted with where they go round the loop; else all 0. What
+/// Offsets, then drifts over the run [m], that a run without contact is predicted with where they go round the loop; else all 0. What
 /// does not go round it in proportion (a current's limit) so counts at its size; the columns lead from there on.
 /// @param offset_std_m  they are taken up to a few of these: a model that is far off must not be thrown out by them
 Eigen::VectorXd offsetsInLanes(const Recording& rec, const LocalState& local, double offset_std_m);
+/// Puts these into a lane.
 void takeOffsets(const Recording& rec, const Eigen::VectorXd& offsets, LaneJob& job);
 
-/// What settled integrators of a turning rotor stand about, of which the reading at t = 0 is one instant: their ripple is the integral of
-/// the signals' first order, by least squares over the first turns.
+/// How far the integrators of a turning rotor, settled, are at t = 0 from what they stand about: the integral of the signals' first order,
+/// read over the first turns. 0 at standstill, and where the run is shorter than these.
 Eigen::Vector4d integralRipple_m_s(const Recording& rec);
 
 /// Fills what the recordings say into them: offsets_in_loop, offset_columns, integral_m_s, integrator_leak_per_s.

@@ -44,6 +44,8 @@ struct Recording {
   std::vector<std::string> remarks;     ///< what is odd in the data: dropouts, missing pulses, saturation
 
   double duration() const { return samples / run.sample_rate_hz; }
+  /// [rad/s], with the spin's sign.
+  double startingSpeed() const { return path != nullptr ? path->at(0.0).speed : speed_rad_s; }
   bool holdsContact() const { return run.holdsContact(); }
   /// Angle and speed at t = 0 that fit the first turns when the shaft slows down in a known way.
   void startOfSpin(const FreeSpin& spin, double& angle0, double& speed) const;
