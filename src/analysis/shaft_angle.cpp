@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "amb_rotor/analysis/tacho.hpp"
+#include "amb_rotor/common/linear_algebra.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -45,6 +46,20 @@ std::vector<double> knotCurvature(const std::vector<double>& t, const std::vecto
   return curvature;
 }
 
+/// A cubic spline of equal pieces over 0 .. 1: 1, s, s^2, s^3 and (s - k/pieces)^3 beyond each knot; 0 pieces: a parabola.
+Eigen::RowVectorXd smoothBasis(double s, int pieces) {
+  Eigen::RowVectorXd row(pieces == 0 ? 3 : 3 + pieces);
+  row.head(3) << 1.0, s, s * s;
+  for (int k = 0; k < pieces; ++k) row[3 + k] = std::pow(std::max(0.0, s - static_cast<double>(k) / pieces), 3);
+  return row;
+}
+
+constexpr int most_pieces = 32;
+/// Rms of edges about the path over that of times rounded to samples, the largest over half a sample, and edges for each unknown: what
+/// a path must keep to.
+constexpr double rounded_rms = 1.15, farthest = 1.5;
+constexpr long edges_each = 3;
+
 }  // namespace
 
 ShaftAngle::ShaftAngle(const SpeedFit& fit) {
@@ -56,6 +71,50 @@ ShaftAngle::ShaftAngle(const SpeedFit& fit) {
   third_ = {0.0};
 }
 
+/// False: nothing smooth keeps to the edges.
+bool ShaftAngle::smooth(const TachoPulses& pulses, const std::vector<double>& angle) {
+  const std::vector<double>& t = pulses.time;
+  const long n = static_cast<long>(t.size());
+  const double length = t.back() - t.front();
+  for (int pieces = 0; pieces <= most_pieces; pieces = std::max(1, 2 * pieces)) {
+    const long unknowns = smoothBasis(0.0, pieces).size();
+    if (n < edges_each * unknowns) return false;
+    Eigen::MatrixXd design(n, unknowns);
+    Eigen::VectorXd right(n);
+    for (long i = 0; i < n; ++i) {  // over the speed: equations of times
+      const long before = std::max(0L, i - 1), after = std::min(n - 1, i + 1);
+      const double speed = (angle[after] - angle[before]) / (t[after] - t[before]);
+      design.row(i) = smoothBasis((t[i] - t.front()) / length, pieces) / speed;
+      right[i] = angle[i] / speed;
+    }
+    const Eigen::VectorXd c = leastSquares(design, right);
+    const Eigen::VectorXd off = right - design * c;
+    const double rms = std::sqrt(off.squaredNorm() / static_cast<double>(n - unknowns));
+    if (rms > rounded_rms * pulses.half_width_s / std::sqrt(3.0) || off.cwiseAbs().maxCoeff() > farthest * pulses.half_width_s) continue;
+    const double piece = length / std::max(1, pieces);
+    double value = c[0], slope = c[1] / length, half_curvature = c[2] / (length * length), third = 0.0;
+    for (int k = 0; k < std::max(1, pieces); ++k) {
+      if (pieces > 0) third += c[3 + k] / std::pow(length, 3);
+      time_.push_back(t.front() + k * piece);
+      angle_.push_back(value);
+      slope_.push_back(slope);
+      half_curvature_.push_back(half_curvature);
+      third_.push_back(third);
+      value += piece * (slope + piece * (half_curvature + piece * third));
+      slope += piece * (2.0 * half_curvature + 3.0 * piece * third);
+      half_curvature += 3.0 * piece * third;
+    }
+    angle_.push_back(value);  // beyond the last pulse: constant acceleration
+    slope_.push_back(slope);
+    half_curvature_.push_back(half_curvature);
+    third_.push_back(0.0);
+    time_.push_back(t.back());
+    time_.push_back(t.back());
+    return true;
+  }
+  return false;
+}
+
 ShaftAngle::ShaftAngle(const TachoPulses& pulses) {
   const std::size_t n = pulses.time.size();
   if (pulses.state != TachoState::turning || n < 2) return;
@@ -63,6 +122,7 @@ ShaftAngle::ShaftAngle(const TachoPulses& pulses) {
   for (std::size_t i = 0; i < n; ++i) {
     value[i] = 2.0 * M_PI * static_cast<double>(pulses.turn[i] - pulses.turn.front());
   }
+  if (pulses.half_width_s > 0.0 && smooth(pulses, value)) return;
   const std::vector<double>& t = pulses.time;
   std::vector<double> curvature(n, 0.0);
   if (n == 3) {

@@ -16,6 +16,8 @@ constexpr double short_period_share = 0.5;
 constexpr double long_period_share = 1.5;
 // A whole multiple of the neighbours' period within this share of one period counts as missing pulses.
 constexpr double missing_tolerance = 0.2;
+// An edge between samples within this share of the channel's range from its levels tells nothing of where it was between them.
+constexpr double at_level = 0.1;
 // Time steps above this many of the median step are a gap in the record.
 constexpr double gap_steps = 1.5;
 
@@ -136,11 +138,15 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
   requireSameLength(time, signal, "signal");
   EdgeDetector detector(options);
   std::vector<double> edges, steps;
+  std::vector<std::size_t> above;  // the sample that completes each
   std::vector<TachoFault> dropouts;
   double low = 0.0, high = 0.0;
   bool any = false, lost = false;
   for (std::size_t i = 0; i < time.size(); ++i) {
-    if (const std::optional<double> edge = detector.add(time[i], signal[i])) edges.push_back(*edge);
+    if (const std::optional<double> edge = detector.add(time[i], signal[i])) {
+      edges.push_back(*edge);
+      above.push_back(i);
+    }
     if (!std::isfinite(time[i]) || !std::isfinite(signal[i])) {
       if (lost) {
         ++dropouts.back().count;
@@ -156,11 +162,12 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
     any = true;
     if (i > 0 && std::isfinite(time[i - 1])) steps.push_back(time[i] - time[i - 1]);
   }
+  double usual = 0.0;
   if (steps.size() > 2) {
     std::vector<double> sorted = steps;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                      sorted.end());
-    const double usual = sorted[sorted.size() / 2];
+    usual = sorted[sorted.size() / 2];
     for (std::size_t i = 1; i < time.size(); ++i) {
       const double step = time[i] - time[i - 1];
       if (usual > 0.0 && step > gap_steps * usual) {
@@ -170,6 +177,9 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
     }
   }
   TachoPulses pulses = numberPulses(std::move(edges));
+  const double close = at_level * (high - low);
+  const auto steep = std::count_if(above.begin(), above.end(), [&](std::size_t i) { return signal[i] > high - close && signal[i - 1] < low + close; });
+  if (2 * static_cast<std::size_t>(steep) > above.size()) pulses.half_width_s = 0.5 * usual;
   pulses.faults.insert(pulses.faults.end(), dropouts.begin(), dropouts.end());
   const bool moved = any && low < options.threshold && high >= options.threshold;
   if (pulses.state == TachoState::standstill && moved) pulses.state = TachoState::too_few;

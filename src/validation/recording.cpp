@@ -145,11 +145,12 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
     rec.angle0_rad = start.angle;
     rec.speed_rad_s = start.speed;
   } else {
-    const SpeedFit fit = fitSpeed(rec.pulses, turns_at_start, false, least_edge_std_s);
+    const double edge_std_s = std::max(least_edge_std_s, rec.pulses.half_width_s / std::sqrt(3.0));
+    const SpeedFit fit = fitSpeed(rec.pulses, turns_at_start, false, edge_std_s);
     rec.speed_rad_s = fit.valid ? fit.speed : radPerSecond(run.speed_hz);
     rec.angle0_rad = -rec.speed_rad_s * (fit.valid ? fit.reference_time : rec.pulses.time.front());
     if (fit.valid && fit.speed_std > 0.0) {
-      rec.angle_std_rad = fit.speed * std::max(fit.edge_rms, least_edge_std_s);
+      rec.angle_std_rad = fit.speed * std::max(fit.edge_rms, edge_std_s);
       rec.speed_std_rad_s = fit.speed_std;
       rec.first_turns_s = fit.reference_time + 0.5 * fit.turns * two_pi / fit.speed;
     }
