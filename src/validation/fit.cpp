@@ -27,6 +27,9 @@ constexpr double still_settling = 0.01;
 /// 6.2, 1.1, 1.00 times the noise in the first three, another 4.1, 1.3, 1.05, 1.01.
 constexpr int most_settling_passes = 6;
 constexpr double settled_share = 0.02;
+/// Starts of windows are searched in all their guesses again, which is most of the time where a wrong model throws many off, where a run
+/// is left below so many times the noise's square, or the pass before has taken such a share off.
+constexpr double searched_again = 4.0, falling_share = 0.3;
 
 /// Through impacts the linear model of an effect is good for a few of its parameters' scales only: the share of a step
 /// that stays within them.
@@ -57,8 +60,7 @@ LocalState begunAnew(const LocalState& state) {
   LocalState out;
   out.angle_searches = state.angle_searches;
   out.angle_rad = state.angle_rad;
-  out.turning_rad = state.turning_rad;
-  out.turning_rad_s = state.turning_rad_s;
+  out.turning = state.turning;
   out.evaluations = state.evaluations;
   out.run_in_s = state.run_in_s;
   return out;
@@ -136,22 +138,26 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
 
 void evaluateSettled(const FitProblem& problem, const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
                      const EvaluationOptions& options, std::vector<RunResult>& results) {
-  problem.evaluate(x, which, local, options, &results);
-  std::vector<int> moving;  // places in `which` of runs that are still on their way
-  for (std::size_t i = 0; i < which.size(); ++i)
-    if (problem.settlesByPasses(which[i])) moving.push_back(static_cast<int>(i));
-  for (int pass = 1; pass < most_settling_passes && !moving.empty(); ++pass) {
-    std::vector<int> runs, left;
-    for (const int i : moving) runs.push_back(which[i]);
-    std::vector<RunResult> anew;
-    problem.evaluate(x, runs, local, options, &anew);
-    for (std::size_t k = 0; k < moving.size(); ++k) {
-      RunResult& kept = results[moving[k]];
-      if (std::fabs(anew[k].mean_square - kept.mean_square) > settled_share * kept.mean_square) left.push_back(moving[k]);
-      kept = std::move(anew[k]);
+  results.assign(which.size(), {});
+  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) {
+    EvaluationOptions pass_options = options;
+    const auto pass = [&] {
+      std::vector<RunResult> own;
+      problem.evaluate(x, {which[i]}, local, pass_options, &own);
+      return std::move(own[0]);
+    };
+    RunResult& kept = results[i];
+    kept = pass();
+    if (!problem.settlesByPasses(which[i])) return;
+    double before = kept.mean_square;
+    for (int number = 1; number < most_settling_passes; ++number) {
+      const bool falls = kept.mean_square < (1.0 - falling_share) * before;
+      before = kept.mean_square;
+      pass_options.thorough = options.thorough && (falls || before < searched_again);
+      kept = pass();
+      if (std::fabs(kept.mean_square - before) <= settled_share * before) break;
     }
-    moving = std::move(left);
-  }
+  });
 }
 
 FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std::vector<int>& which,

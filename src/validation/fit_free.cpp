@@ -181,9 +181,7 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   const auto add = [&](const Model& model, double more_angle, double more_speed) {
     jobs.push_back(jobOf(rec, model, local.angle_rad + more_angle));
     takeOffsets(rec, taken_offsets, jobs.back());
-    if (!turning) return;
-    jobs.back().speed_rad_s += local.turning_rad_s + more_speed;
-    jobs.back().angle0_rad += local.turning_rad + more_angle - (local.turning_rad_s + more_speed) * rec.first_turns_s;
+    if (turning) turnShaft(rec, {local.turning.rad + more_angle, local.turning.rad_s + more_speed}, jobs.back());
   };
   for (int k = 0; k < lanes; ++k) add(models[k], 0.0, 0.0);
   const Beginning beginning(rec, models[0], stretch, local.from_motion);
@@ -262,8 +260,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   if (turning) {
     weights[0] = 1.0 / (rec.angle_std_rad * rec.angle_std_rad);
     weights[1] = 1.0 / (rec.speed_std_rad_s * rec.speed_std_rad_s);
-    away[0] = local.turning_rad;
-    away[1] = local.turning_rad_s;
+    away[0] = local.turning.rad;
+    away[1] = local.turning.rad_s;
   }
   if (offsets) {
     weights.tail(8).setConstant(1.0 / (offset_std_ * offset_std_));
@@ -308,8 +306,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
   }
   if (angle) local.angle_rad += std::min(std::max(solved[0], -0.5), 0.5);
   if (turning) {
-    local.turning_rad += solved[0];
-    local.turning_rad_s += solved[1];
+    local.turning.rad += solved[0];
+    local.turning.rad_s += solved[1];
   }
   for (int a = 0; a < 4 && offsets; ++a) {
     local.offset_m[a] = taken_offsets[a] + solved[la + a];

@@ -42,7 +42,9 @@ Path measuredPath(const ReferenceRun& run, const Model& model) {
       out.current[end][i] = {current(4 + 2 * end), current(5 + 2 * end)};
     }
     const double time = i / rec.run.sample_rate_hz;
-    const ShaftInstant shaft = rec.standstill ? ShaftInstant{run.angle_rad, 0.0, 0.0} : shaftAt(rec, model, time);
+    ShaftInstant shaft = rec.standstill ? ShaftInstant{run.angle_rad, 0.0, 0.0} : shaftAt(rec, model, time);
+    shaft.angle += run.turning.rad + run.turning.rad_s * (time - rec.first_turns_s);
+    shaft.speed += run.turning.rad_s;
     out.shaft.push_back(Shaft<double>::at(shaft.angle, shaft.speed, 0.0));
     out.shaft.back().time = time;
   }
@@ -104,6 +106,7 @@ std::vector<std::vector<double>> responsesAlongPath(const ReferenceRun& run, con
     stretch.settle_s = std::max(stretch.settle_s, run.run_in_s);
     stretch.excitation = &drive;
     std::vector<LaneJob> jobs = {jobOf(rec, whole, run.angle_rad)};
+    turnShaft(rec, run.turning, jobs[0]);
     takeOffsets(rec, run.offsets, jobs[0]);
     jobs[0].out = change.data();
     predict(stretch, jobs);

@@ -15,6 +15,8 @@ namespace {
 constexpr int turns_at_start = 8;
 /// Least error of a pulse's time [s]: values rounded to 0.001 on a ramp over two samples of 0.1 ms (analysis/tacho.hpp).
 constexpr double least_edge_std_s = 5.8e-8;
+/// Scatter of all edges over that of times rounded to samples within which they lie on one line, no speed being lost.
+constexpr double on_one_line = 1.15;
 /// The belief of the speed helps where few turns were recorded; this is how far it may be off.
 constexpr double believed_speed_std = 0.01;
 
@@ -146,7 +148,9 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
     rec.speed_rad_s = start.speed;
   } else {
     const double edge_std_s = std::max(least_edge_std_s, rec.pulses.half_width_s / std::sqrt(3.0));
-    const SpeedFit fit = fitSpeed(rec.pulses, turns_at_start, false, edge_std_s);
+    const SpeedFit all = fitSpeed(rec.pulses, 0, false, edge_std_s);
+    const bool on_a_line = rec.pulses.half_width_s > 0.0 && all.valid && all.edge_rms < on_one_line * edge_std_s;
+    const SpeedFit fit = on_a_line ? all : fitSpeed(rec.pulses, turns_at_start, false, edge_std_s);
     rec.speed_rad_s = fit.valid ? fit.speed : radPerSecond(run.speed_hz);
     rec.angle0_rad = -rec.speed_rad_s * (fit.valid ? fit.reference_time : rec.pulses.time.front());
     if (fit.valid && fit.speed_std > 0.0) {

@@ -19,8 +19,9 @@ namespace {
 constexpr double hardly_apart = 1e-6;
 
 /// Predictions of all models of one structure, in the smallest step that any of them needs.
-std::vector<std::vector<double>> predictions(const Recording& rec, const std::vector<Model>& given, double angle, double run_in_s,
-                                             const Eigen::VectorXd& offsets, std::vector<bool>& finite) {
+std::vector<std::vector<double>> predictions(const Recording& rec, const std::vector<Model>& given, double angle,
+                                             const ShaftTurn& turning, double run_in_s, const Eigen::VectorXd& offsets,
+                                             std::vector<bool>& finite) {
   const std::vector<Model> models = rec.run.unbalance.empty() ? given : withTrialWeights(given, rec);
   Stretch stretch = stretchOf(rec, models[0]);
   stretch.settle_s = std::max(stretch.settle_s, run_in_s);
@@ -30,6 +31,7 @@ std::vector<std::vector<double>> predictions(const Recording& rec, const std::ve
     stretch.largest_step_s = std::min(stretch.largest_step_s, freeStep(models[k]));
     outs[k].resize(static_cast<std::size_t>(rec.samples) * predicted_channels);
     jobs.push_back(jobOf(rec, models[k], angle));
+    turnShaft(rec, turning, jobs.back());
     takeOffsets(rec, offsets, jobs.back());
     jobs.back().out = outs[k].data();
   }
@@ -92,11 +94,12 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
     Part& part = parts_[n];
     part.recording = which[n];
     part.angle_rad = local[which[n]].angle_rad;
+    part.turning = local[which[n]].turning;
     part.run_in_s = local[which[n]].run_in_s;
     const Recording& rec = recordings_[which[n]];
     part.offsets = offsetsInLanes(rec, local[which[n]], offset_std_);
     std::vector<bool> finite;
-    auto outs = predictions(rec, models, part.angle_rad, part.run_in_s, part.offsets, finite);
+    auto outs = predictions(rec, models, part.angle_rad, part.turning, part.run_in_s, part.offsets, finite);
     part.columns = Eigen::MatrixXf::Zero(rec.samples * predicted_channels, p + 1);
     for (long i = 0; i < part.columns.rows(); ++i) {
       const double noise = rec.noise[i % predicted_channels];
@@ -123,7 +126,7 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) {
     const Part& part = parts_[n];
     const Recording& rec = recordings_[part.recording];
-    const auto outs = changes({rec, part.angle_rad, part.run_in_s, part.offsets, part.predicted});
+    const auto outs = changes({rec, part.angle_rad, part.turning, part.run_in_s, part.offsets, part.predicted});
     if (outs.empty()) return;
     const bool in_loop = rec.offsets_in_loop;
     const int own = in_loop ? 2 * axis_count : 2;  // 1, t of one channel, or what offsets and drifts show there
@@ -157,7 +160,7 @@ StartScreen::Freed StartScreen::freed(const std::vector<Model>& moved, bool stan
     std::vector<std::vector<double>> outs;
     if (run.recording.standstill && !standstill) return outs;
     std::vector<bool> finite;
-    outs = predictions(run.recording, moved, run.angle_rad, run.run_in_s, run.offsets, finite);
+    outs = predictions(run.recording, moved, run.angle_rad, run.turning, run.run_in_s, run.offsets, finite);
     for (std::size_t k = 0; k < outs.size(); ++k) {
       if (!finite[k]) {
         lost[k] = true;

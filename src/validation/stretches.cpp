@@ -66,6 +66,11 @@ LaneJob jobOf(const Recording& rec, const Model& model, double standstill_angle)
   return job;
 }
 
+void turnShaft(const Recording& rec, const ShaftTurn& turn, LaneJob& job) {
+  job.speed_rad_s += turn.rad_s;
+  job.angle0_rad += turn.rad - turn.rad_s * rec.first_turns_s;
+}
+
 /// A trial weight in a run is known; it joins the machine's unbalance.
 std::vector<Model> withTrialWeights(const std::vector<Model>& models, const Recording& rec) {
   std::vector<Model> out = models;

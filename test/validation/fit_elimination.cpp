@@ -50,9 +50,9 @@ Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, con
   const auto add = [&](const Model& model, double more_angle, double more_speed) {
     jobs.push_back(jobOf(rec, model, state.angle_rad + more_angle));
     if (!turning) return;
-    const double faster = state.turning_rad_s + more_speed;
+    const double faster = state.turning.rad_s + more_speed;
     jobs.back().speed_rad_s += faster;
-    jobs.back().angle0_rad += state.turning_rad + more_angle - faster * rec.first_turns_s;
+    jobs.back().angle0_rad += state.turning.rad + more_angle - faster * rec.first_turns_s;
   };
   for (const Model& model : models) add(model, 0.0, 0.0);
   if (angle > 0) add(models[0], steps[0], 0.0);
@@ -91,8 +91,8 @@ Rows rowsOf(const MadeSet& set, const Recording& rec, const FitSpace& space, con
   if (turning) {
     rows.local(data, 0) = 1.0 / rec.angle_std_rad;
     rows.local(data + 1, 1) = 1.0 / rec.speed_std_rad_s;
-    rows.residual[data] = -state.turning_rad / rec.angle_std_rad;
-    rows.residual[data + 1] = -state.turning_rad_s / rec.speed_std_rad_s;
+    rows.residual[data] = -state.turning.rad / rec.angle_std_rad;
+    rows.residual[data + 1] = -state.turning.rad_s / rec.speed_std_rad_s;
   }
   return rows;
 }
@@ -118,8 +118,8 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
   std::vector<LocalState> local(set.recordings.size());
   local[run].angle_rad = angle_rad;
   local[run].angle_searches = 1000;  // the angle is the one given
-  local[run].turning_rad = 0.7 * rec.angle_std_rad;
-  local[run].turning_rad_s = -1.3 * rec.speed_std_rad_s;
+  local[run].turning.rad = 0.7 * rec.angle_std_rad;
+  local[run].turning.rad_s = -1.3 * rec.speed_std_rad_s;
   const LocalState given = local[run];
   EvaluationOptions options;
   options.scores = true;
@@ -181,8 +181,8 @@ void expectAsWrittenOut(const MadeSet& set, int run, const FitSpace& space, doub
   const VectorXd kept = [&] {
     VectorXd all(rows.local.cols());
     if (with_angle) all[0] = local[run].angle_rad - angle_rad;
-    if (rec.angle_std_rad > 0.0) all.head(2) << local[run].turning_rad - given.turning_rad,
-                                 local[run].turning_rad_s - given.turning_rad_s;
+    if (rec.angle_std_rad > 0.0) all.head(2) << local[run].turning.rad - given.turning.rad,
+                                 local[run].turning.rad_s - given.turning.rad_s;
     for (int a = 0; a < 4; ++a) {
       all[all.size() - 8 + a] = local[run].offset_m[a];
       all[all.size() - 4 + a] = local[run].drift_m[a];
@@ -213,8 +213,8 @@ TEST(FitElimination, AWrongModelDoesNotTurnTheShaft) {
   std::vector<LocalState> local(set.recordings.size());
   std::vector<RunResult> results;
   const NormalEquations found = problem.evaluate(space.start(), {run}, local, {}, &results);
-  EXPECT_NEAR(std::fabs(local[run].turning_rad), 3.0 * rec.angle_std_rad, 1e-3 * rec.angle_std_rad) << "it would go on";
-  EXPECT_LE(std::fabs(local[run].turning_rad_s), 3.001 * rec.speed_std_rad_s);
+  EXPECT_NEAR(std::fabs(local[run].turning.rad), 3.0 * rec.angle_std_rad, 1e-3 * rec.angle_std_rad) << "it would go on";
+  EXPECT_LE(std::fabs(local[run].turning.rad_s), 3.001 * rec.speed_std_rad_s);
   // and the sum is that of where it stands: the same again, from there
   const double again = problem.evaluate(space.start(), {run}, local, {}, &results).chi2;
   EXPECT_NEAR(again, found.chi2, 1e-5 * found.chi2);

@@ -48,7 +48,7 @@ TEST(ForcesAlongThePath, ASmallForceDoesWhatItDoesInTheModel) {
       Model with = model;
       with.effects.push_back(force);
       const std::vector<double> there = predicted(rec, with);
-      const auto along = responsesAlongPath({rec, 0.0, 0.0, no_offsets, exact}, model, {force});
+      const auto along = responsesAlongPath({rec, 0.0, {}, 0.0, no_offsets, exact}, model, {force});
       ASSERT_EQ(along.size(), 1u);
       ASSERT_EQ(along[0].size(), base.size());
       const long from = std::lround(0.1 * rec.run.sample_rate_hz);  // in which the force sets in
@@ -78,14 +78,14 @@ TEST(ForcesAlongThePath, WithoutAnAmplifiersLagThereIsNoWayIn) {
   coils.coil.emplace();
   equivalent.amb_model = AmbModel::equivalent;
   for (const Model& model : {coils, equivalent})
-    EXPECT_TRUE(responsesAlongPath({rec, 0.0, 0.0, no_offsets, base}, model, {law("position_N_per_m", -300.0)})[0].empty());
+    EXPECT_TRUE(responsesAlongPath({rec, 0.0, {}, 0.0, no_offsets, base}, model, {law("position_N_per_m", -300.0)})[0].empty());
 }
 
 TEST(ForcesAlongThePath, WithoutASensorThereIsNoPath) {
   Recording rec = cleanSet().recordings.at(cleanSet().indexOf("steady_3"));
   const std::vector<double> base = predicted(rec, cleanSet().truth());
   rec.noise[2] = 0.0;
-  const auto along = responsesAlongPath({rec, 0.0, 0.0, no_offsets, base}, cleanSet().truth(), {law("position_N_per_m", -300.0)});
+  const auto along = responsesAlongPath({rec, 0.0, {}, 0.0, no_offsets, base}, cleanSet().truth(), {law("position_N_per_m", -300.0)});
   ASSERT_EQ(along.size(), 1u);
   EXPECT_TRUE(along[0].empty());
 }

@@ -49,7 +49,7 @@ struct NormalEquations {
 struct LocalState {
   int angle_searches = 0;                ///< over the whole turn, so far
   double angle_rad = 0.0;                ///< at standstill
-  double turning_rad = 0.0, turning_rad_s = 0.0;  ///< added to angle (at Recording::first_turns_s) and constant speed
+  ShaftTurn turning;
   int evaluations = 0;                   ///< without contact, so far
   double run_in_s = 0.0;                 ///< the longest that one of them has needed
   bool from_motion = false;              ///< the run-in begins at the measured motion, where that comes much nearer than from rest

@@ -22,6 +22,12 @@ struct FreeSpin {
   double lost(double time_s) const;   ///< (t - reach(t))/decay [s^2]
 };
 
+/// What is found of the shaft of a run of constant speed beyond what its pulses tell: added to its angle in the middle of the turns
+/// that they were taken from, and to its speed.
+struct ShaftTurn {
+  double rad = 0.0, rad_s = 0.0;
+};
+
 struct Recording {
   Run run;
   long samples = 0;
@@ -30,8 +36,9 @@ struct Recording {
   HeldExcitation excitation;
   Schedule schedule;                    ///< bearings off and on
   bool standstill = false;              ///< the tacho tells no angle
-  double angle0_rad = 0.0, speed_rad_s = 0.0;       ///< at t = 0, of a constant speed: from the first turns
-  /// How well the first turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: nothing tells them.
+  /// At t = 0, of a constant speed: from the first turns, or from all where edges are known to half a sample and lie on one line.
+  double angle0_rad = 0.0, speed_rad_s = 0.0;
+  /// How well these turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: nothing tells them.
   double angle_std_rad = 0.0, speed_std_rad_s = 0.0, first_turns_s = 0.0;
   std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
   bool stays_inside = false;            ///< no end can have touched: predicted without contact

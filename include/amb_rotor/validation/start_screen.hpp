@@ -18,6 +18,7 @@ namespace amb_rotor {
 struct ReferenceRun {
   const Recording& recording;
   double angle_rad;  ///< at standstill
+  ShaftTurn turning;
   double run_in_s;   ///< that the point needs, see settledRunIn()
   const Eigen::VectorXd& offsets;        ///< in the lanes, see offsetsInLanes()
   const std::vector<double>& predicted;  ///< with these alone; samples * predicted_channels
@@ -71,6 +72,7 @@ class StartScreen {
   struct Part {
     int recording;
     double angle_rad;
+    ShaftTurn turning;
     double run_in_s;  ///< that the point needs, see settledRunIn()
     Eigen::VectorXd offsets;  ///< in the lanes, see offsetsInLanes()
     Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
