@@ -124,6 +124,8 @@ _PLAIN = (
     _along("current_cube_N_per_A3", "N/A3", "|i|^2 i", "large excitation", "(ix^2 + iy^2)", "i.dot(i)", _CURRENT, "i"),
     Term("current_axes_cube_N_per_A3", "N/A3", "(ix^3, iy^3)", "large excitation", "ix^3", "iy^3", "i.x * i.x * i.x",
          "i.y * i.y * i.y"),
+    Term("current_axes_sign_N", "N", "(ix/|ix|, iy/|iy|), rounded off below 50 mA", "excitation", "tanh(20 * ix)", "tanh(20 * iy)",
+         "hyperbolicTangent(S(20.0) * i.x)", "hyperbolicTangent(S(20.0) * i.y)"),
     *_axes("drift", "N_per_s", "time", _LONG, "time", "S(shaft.time)"),
     _along("drift_position_N_per_m_s", "N/(m s)", "time p", _LONG, "time", "S(shaft.time)"),
     _along("drift_velocity_N_per_m", "N/m", "time v", _LONG, "time", "S(shaft.time)", _VELOCITY, "v"),

@@ -35,11 +35,13 @@ constexpr double rounded_corner = 0.5;
 
 /// Amplitudes of either sign that share a phase and all of them turned by half a turn are one machine: the one whose first amplitude
 /// is positive is what is stated, and its phase within half a turn of 0. So are factors that act by their products (the shapes of a
-/// mode) and all of them turned round: the ones whose sum is positive, as at the ends of a free beam.
-void stateOnce(const std::vector<ParameterSchema>& parameters, std::vector<double>& values) {
+/// mode) and all of them turned round: the ones that go with those of a free beam, whose ends are positive.
+void stateOnce(const std::vector<ParameterSchema>& parameters, const Model& belief, std::vector<double>& values) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].role == ParameterRole::factor) sum += values[i];
+  const std::vector<double> beam = shapesOfBeam(belief);
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < parameters.size() && place < beam.size(); ++i)
+    if (parameters[i].role == ParameterRole::factor) sum += beam[place++] * values[i];
   for (std::size_t i = 0; i < parameters.size() && sum < 0.0; ++i)
     if (parameters[i].role == ParameterRole::factor) values[i] = -values[i];
   std::size_t first = 0;  // of the amplitudes that share the next phase
@@ -209,7 +211,7 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
     const double risen = v[slot.other_parameter] + slot.sign * std::exp(x[slot.coordinate]);
     v[slot.parameter] = std::min(std::max(risen, p.lower), p.upper);
   }
-  stateOnce(effectCatalogue().find(fitted_[place].id)->parameters, v);
+  stateOnce(effectCatalogue().find(fitted_[place].id)->parameters, belief_, v);
   return v;
 }
 

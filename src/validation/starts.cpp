@@ -115,6 +115,18 @@ double scaleOnRig(const std::string& effect, const ParameterSchema& parameter, c
   return std::fabs(parameter.typical) > 0.0 ? std::fabs(parameter.typical) : 1.0;
 }
 
+std::vector<double> shapesOfBeam(const Model& belief) {
+  const auto& rig = belief.rig;
+  const double half = 0.575 * (rig.planes.aux[1] - rig.planes.aux[0]);
+  const double middle = 0.5 * (rig.planes.aux[1] + rig.planes.aux[0]);
+  std::vector<double> out;
+  const auto add = [&](double z) { out.push_back(1.4 * beamShape(z, middle, half)); };
+  for (const double* planes : {rig.planes.amb, rig.planes.sensor, rig.planes.aux})
+    for (int end = 0; end < 2; ++end) add(planes[end]);
+  add(rig.unbalance.empty() ? middle : rig.unbalance[0].plane_z_m);
+  return out;
+}
+
 bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
 
 double usableShare(const std::string& effect, double share) {
@@ -307,16 +319,11 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     return out;
   }
   if (effect == "shaft_flexibility") {
-    const double half = 0.575 * (rig.planes.aux[1] - rig.planes.aux[0]);
-    const double middle = 0.5 * (rig.planes.aux[1] + rig.planes.aux[0]);
-    const auto shape = [&](double z) { return 1.4 * beamShape(z, middle, half); };
+    const std::vector<double> shapes = shapesOfBeam(belief);
     std::vector<std::vector<double>> out;
     for (double f : {180.0, 260.0, 370.0, 530.0, 760.0, 1100.0}) {
       std::vector<double> v = {f, 0.01};
-      for (int e = 0; e < 2; ++e) v.push_back(shape(rig.planes.amb[e]));
-      for (int e = 0; e < 2; ++e) v.push_back(shape(rig.planes.sensor[e]));
-      for (int e = 0; e < 2; ++e) v.push_back(shape(rig.planes.aux[e]));
-      v.push_back(shape(rig.unbalance.empty() ? middle : rig.unbalance[0].plane_z_m));
+      v.insert(v.end(), shapes.begin(), shapes.end());
       out.push_back(v);
     }
     return out;

@@ -47,6 +47,18 @@ TEST(SeenShapes, WhereNoneActsThereIsNone) {
   EXPECT_LT(likeliestProducts(Eigen::MatrixXd::Identity(6, 6), Eigen::VectorXd::Zero(6)).norm(), 1e-12);
 }
 
+TEST(SeenShapes, AModeIsStatedWithItsEndsPositive) {
+  // both are one machine; where nothing tells the ends (the auxiliary bearings of runs without contact) the middle does
+  const std::vector<double> beam = {237.0, 0.007, -0.16, -0.37, 0.45, 0.28, 0.1, 0.09, -1.04};
+  std::vector<double> turned = beam;
+  for (std::size_t i = 2; i < turned.size(); ++i) turned[i] = -beam[i];
+  for (const auto& values : {beam, turned}) {
+    const FitSpace space(cleanSet().dataset.belief, {{"shaft_flexibility", values}});
+    const std::vector<double> stated = space.model(space.start()).effects.at(0).values;
+    for (std::size_t i = 0; i < beam.size(); ++i) EXPECT_NEAR(stated[i], beam[i], 1e-9) << i;
+  }
+}
+
 /// The clean set as it would be with a mode whose node lies at one of the sensors.
 struct BentOtherwise {
   BentOtherwise() : recordings_of(cleanSet()) {

@@ -4,7 +4,7 @@
 // coefficients times the terms of the table below, with p the rotor's displacement there [m], v its velocity
 // [m/s], i the current that makes the force [A], t the shaft angle [rad], W the spin speed [rad/s], s the
 // time of the run [s], e_x, e_y the stator's axes and, of a vector w, w' = (-w_y, w_x). Positive coefficients
-// push outwards. v/|v| is rounded off below 1 mm/s. The terms after `antisym_` have the other sign at end a:
+// push outwards. v/|v| is rounded off below 1 mm/s, i/|i| below 50 mA. The terms after `antisym_` have the other sign at end a:
 // what tilts the rotor. `time_frequency_hz` is the frequency of the four terms in time that repeat; it is
 // given, not fitted. Left out: memory, forces elsewhere than at the bearings, products beyond those listed,
 // harmonics above the third.
@@ -56,6 +56,7 @@ struct ForceLaw {
     current_square,
     current_cube,
     current_axes_cube,
+    current_axes_sign,
     drift_x,
     drift_y,
     drift_position,
@@ -130,6 +131,7 @@ struct ForceLaw {
     add("current_square_N_per_A2", "N/A2", 1.0, "control current: |i| i");
     add("current_cube_N_per_A3", "N/A3", 1.0, "control current: |i|^2 i");
     add("current_axes_cube_N_per_A3", "N/A3", 1.0, "control current: (i_x^3, i_y^3)");
+    add("current_axes_sign_N", "N", -1.0, "control current: (i_x/|i_x|, i_y/|i_y|)");
     add("drift_x_N_per_s", "N/s", 1.0, "time: s e_x");
     add("drift_y_N_per_s", "N/s", 1.0, "time: s e_y");
     add("drift_position_N_per_m_s", "N/(m s)", -1e3, "position, time: s p");
@@ -204,6 +206,7 @@ struct ForceLaw {
     }
 
    private:
+    static constexpr double sharp_per_A = 20.0;  ///< a current's sign is tanh of so many times it
     /// The quantities at a bearing, and a term's vector there.
     struct Place {
       const Vec2<S>&p, &v, &i;
@@ -315,6 +318,8 @@ struct ForceLaw {
             return i.dot(i) * i;
           case current_axes_cube:
             return {i.x * i.x * i.x, i.y * i.y * i.y};
+          case current_axes_sign:
+            return {hyperbolicTangent(S(sharp_per_A) * i.x), hyperbolicTangent(S(sharp_per_A) * i.y)};
           case drift_x:
             return {time, zero};
           case drift_y:

@@ -21,6 +21,10 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
 /// phase), and at what its file calls typical, with both signs where the limits allow them.
 std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 
+/// The shape of a rotor's first bending mode, were it a uniform beam a little longer than between its auxiliary bearings: 1.4 at
+/// the ends, below 0 in the middle; at the planes of shaft_flexibility, in the order of its parameters.
+std::vector<double> shapesOfBeam(const Model& belief);
+
 /// Whether an effect's starts lie side by side along one parameter, rising, as in a scan.
 bool startsAreAScan(const std::string& effect);
 
