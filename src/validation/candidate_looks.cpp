@@ -45,8 +45,9 @@ constexpr double highest_floor = 1.15, little_left = 0.03;
 constexpr double not_near = 0.01;
 /// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
 constexpr double out_of_reach = 1.2;
-/// Where the reference is next to the floor there, one whose best start leaves so many times its squares is not followed at all.
-constexpr double from_afar = 2.0;
+/// Where the reference is next to the floor there, one whose best start leaves so many times its chi2 is not followed at all; nor, at
+/// this, where contact needs one look only.
+constexpr double from_afar = 2.0, not_in_sight = 1.5;
 /// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
 /// beyond which one alone is sure without.
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
@@ -223,7 +224,8 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   std::vector<Start> these;
   for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
   glance(these, seen);
-  if (near_floor && seen[0].first > from_afar * references.contact.fit.chi2 / references.contact.fit.count) return {};
+  const double above = seen[0].first / (references.contact.fit.chi2 / references.contact.fit.count);
+  if ((near_floor && above > from_afar) || (settled && above > not_in_sight)) return {};
   if (settled) return {seen[0].second};
   if (seen.size() > followed_starts) seen.resize(followed_starts);
   these.clear();

@@ -20,9 +20,9 @@ constexpr double noise_level = 1.0;
 constexpr int valley_rounds = 3;
 constexpr double rough = 100.0;
 /// Standard deviations in the first step of a walk along a valley, of which each is twice the one before, steps to each side at
-/// most, the rise of chi2 at which it ends (windows that end in one hollow or another make 30), and iterations that bring the
+/// most, the rise of chi2 at which it ends (windows that end in one hollow or another make 30, a parabola 36 after two steps), and iterations that bring the
 /// other unknowns to where they are best there.
-constexpr double first_stride = 2.0, end_of_walk = 50.0;
+constexpr double first_stride = 2.0, end_of_walk = 35.0;
 constexpr int steps_of_walk = 6, walking_iterations = 5;
 /// Stated deviations so many times too small make the valley flat: the model stands in its middle.
 constexpr double flat = 4.0;
@@ -116,7 +116,11 @@ Trial Candidates::approach(const Settings& effects, const Trial& start, const Qu
   if (returnToBelief(*near.space, believed)) tryFrom(near.effects(), believed);
   // what has run against a limit on the way (a mount's mass, while its stiffness was wrong) is tried from a start again
   Settings away = near.effects();
-  if (leaveLimits(*near.space, near.fit.x, away.back())) tryFrom(away, near.nuisance());
+  const Eigen::VectorXd nuisance = near.nuisance();
+  for (EffectSetting& other : awayFromLimits(*near.space, near.fit.x, away.back())) {
+    away.back() = std::move(other);
+    tryFrom(away, nuisance);
+  }
   return near;
 }
 

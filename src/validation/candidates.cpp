@@ -90,24 +90,23 @@ Candidates::Candidates(const Model& belief, const Dataset& dataset, const TimeLi
   }
 }
 
-bool Candidates::leaveLimits(const FitSpace& space, const Eigen::VectorXd& x, EffectSetting& effect) const {
+std::vector<EffectSetting> Candidates::awayFromLimits(const FitSpace& space, const Eigen::VectorXd& x, const EffectSetting& effect) const {
   std::string unused;
   const auto starts = startingValues(effect.id, belief_, recordings_, unused);
-  if (starts.empty()) return false;
-  const auto& start = starts[starts.size() / 2];
+  if (starts.empty()) return {};
+  EffectSetting away = effect, anew = effect;
+  anew.values = starts[starts.size() / 2];
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
-  bool any = false;
   for (int k = space.nuisances(); k < space.size(); ++k) {
     const Coordinate& c = space.coordinates()[k];
     const double close = limit_share * c.scale;
     if (x[k] - c.lower > close && c.upper - x[k] > close) continue;
     for (std::size_t i = 0; i < parameters.size(); ++i)
-      if (c.name == effect.id + "." + parameters[i].name && effect.values[i] != start[i]) {
-        effect.values[i] = start[i];
-        any = true;
-      }
+      if (c.name == effect.id + "." + parameters[i].name) away.values[i] = anew.values[i];
   }
-  return any;
+  if (away.values == effect.values) return {};
+  if (away.values == anew.values) return {away};
+  return {away, anew};
 }
 
 Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, const std::vector<LocalState>& local,
@@ -159,7 +158,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   return trial;
 }
 
-CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough, int stride) const {
+CandidateErrors Candidates::judge(Trial& trial, bool with_contact, Judging judging, int stride) const {
   CandidateErrors errors;
   const FitProblem problem(recordings_, *trial.space, offset_std_);
   EvaluationOptions evaluation;
@@ -167,14 +166,17 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, bool thorough
   evaluation.window_passes = 3;
   evaluation.window_stride = stride;
   std::vector<LocalState>& local = trial.local;
-  if (thorough)
+  evaluation.thorough = judging == Judging::anew;
+  if (evaluation.thorough)
     for (const int run : check_contact_) local[run] = begunAnew(local[run]);  // another model may have led it astray
   double sum = 0.0;
   int count = 0;
   const auto mean = [&](const std::vector<int>& which) {
     std::vector<RunResult> own;
-    evaluation.thorough = thorough;
-    evaluateSettled(problem, trial.fit.x, which, local, evaluation, own);
+    if (judging == Judging::glance)
+      problem.evaluate(trial.fit.x, which, local, evaluation, &own);
+    else
+      evaluateSettled(problem, trial.fit.x, which, local, evaluation, own);
     double part = 0.0;
     for (const auto& r : own) part += r.mean_square;
     sum += part;
@@ -211,7 +213,7 @@ double Candidates::evidence(const Trial& trial, const Trial& against) const {
                 more * std::log(std::max(2.0, trial.stride * trial.fit.count)));
 }
 
-References Candidates::referencesOf(const Trial& free, const Trial& all) {
+References Candidates::referencesWithoutContact(const Trial& free, const Trial& all) const {
   References out;
   out.free = free;
   const int n = free.space->nuisances();
@@ -219,22 +221,26 @@ References Candidates::referencesOf(const Trial& free, const Trial& all) {
   out.prior.centre = free.nuisance();
   out.screen = std::make_shared<const StartScreen>(recordings_, fit_free_, *free.space, free.fit.x, free.local, offset_std_);
   out.contact = out.sparse = all;
-  if (!haveContact()) return out;
+  return out;
+}
+
+void Candidates::referThroughContact(References& references) {
+  if (!haveContact()) return;
+  const Trial all = references.contact;
   const Eigen::VectorXd own = all.nuisance();
-  out.contact = fit(all.effects(), &own, all.local, {Through::contact, 6}, &out.prior);
-  const Eigen::VectorXd at = out.contact.nuisance();
+  references.contact = fit(all.effects(), &own, all.local, {Through::contact, 6}, &references.prior);
+  const Eigen::VectorXd at = references.contact.nuisance();
   const FitEffort glance = {Through::contact, 0, false, true};
   const auto above = [](const Trial& trial) { return trial.fit.chi2 - trial.fit.count; };
   int worst = 0;
   for (int offset = 0; offset < strideOver(all.effects(), glance.stride); ++offset) {
     look_offset_ = offset;
-    Trial sparse = fit(out.contact.effects(), &at, out.contact.local, glance, &out.prior);
-    if (offset > 0 && !(above(sparse) > above(out.sparse))) continue;
+    Trial sparse = fit(references.contact.effects(), &at, references.contact.local, glance, &references.prior);
+    if (offset > 0 && !(above(sparse) > above(references.sparse))) continue;
     worst = offset;
-    out.sparse = std::move(sparse);
+    references.sparse = std::move(sparse);
   }
   look_offset_ = worst;
-  return out;
 }
 
 }  // namespace amb_rotor

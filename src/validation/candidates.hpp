@@ -100,6 +100,13 @@ struct FitEffort {
   bool thorough = false;  ///< every guess of a window's start is tried in the first evaluation, as in a first look
 };
 
+/// How runs to validate are evaluated that lead on from their last evaluation (see evaluateSettled()).
+enum class Judging {
+  glance,   ///< once: of what will not be taken
+  settled,  ///< until they stand
+  anew      ///< and from windows that begin anew
+};
+
 /// Whether a fit through contact has ended so far above the noise that its windows may have gone astray.
 bool isAstray(const Trial& trial);
 
@@ -131,8 +138,9 @@ class Candidates {
   bool haveContact() const { return !fit_contact_.empty(); }
   const TimeLimit& limit() const { return limit_; }
 
-  /// Puts values of an effect that a fit has left at a limit back to those of its middle start. False: none is.
-  bool leaveLimits(const FitSpace& space, const Eigen::VectorXd& x, EffectSetting& effect) const;
+  /// Where a fit has left an effect at a limit: it with the values there back at those of its middle start, and with all values, as
+  /// the others have come along with them.
+  std::vector<EffectSetting> awayFromLimits(const FitSpace& space, const Eigen::VectorXd& x, const EffectSetting& effect) const;
 
   /// @param nuisance  where to start; null: the belief
   /// @param prior     for Through::contact
@@ -162,16 +170,18 @@ class Candidates {
   Trial walked(Trial trial, const QuadraticPrior& prior, int iterations) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
-  CandidateErrors judge(Trial& trial, bool with_contact, bool thorough, int stride = 1) const;
+  CandidateErrors judge(Trial& trial, bool with_contact, Judging judging, int stride = 1) const;
   /// See CandidateErrors, of local unknowns that the runs to validate have led to.
   double offsetDeviations(const std::vector<LocalState>& local) const;
   /// Through contact. The belief about the nuisance is within what the runs to fit say.
   LeftOpen leftOpenThroughContact(const Trial& trial) const;
   /// Half the drop of the BIC.
   double evidence(const Trial& trial, const Trial& against) const;
-  /// The references of a model with the given effects: fitted to the free runs, to all, and at some windows, those that are
-  /// the farthest off. From then on looks are at these.
-  References referencesOf(const Trial& free, const Trial& all);
+  /// The references of a model with the given effects, fitted to the runs without contact and to all: what the former tell.
+  References referencesWithoutContact(const Trial& free, const Trial& all) const;
+  /// And through contact, from where the fit to all has ended: also at some windows, those that are the farthest off. From then on
+  /// looks are at these.
+  void referThroughContact(References& references);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
   /// @param seen  of an earlier, shorter one: goes on from there where that leaves nothing, at windows that this effect can do

@@ -14,6 +14,8 @@ constexpr long growing_parts[] = {16, 8, 5, 3, 2, 1};
 constexpr long fewest_samples = 8;
 /// Steps at each of them.
 constexpr int growing_passes = 10;
+/// Mean square over the noise in a part beyond which the rest of the window is out of reach from there.
+constexpr double lost = 30.0;
 
 /// Finite difference of a sensor's offset that goes round the loop [m].
 constexpr double step_of_offset_m = 2e-9;
@@ -285,6 +287,10 @@ bool ContactWindow::search(std::vector<MachineState<double>> guesses, int passes
       guess = start;
       run_.unknowns.takeRingSpeeds(guess, guesses[k]);  // these the windows before tell
       left = refine(growing_passes);
+      if (!(left < lost * static_cast<double>(used_) * run_.channels)) {
+        left = 1e300;
+        break;
+      }
     }
     used_ = samples_;
     keepIfBetter(left);

@@ -24,7 +24,7 @@ class Diagnoser {
   void progress(double share, const std::string& what) const {
     if (options_.progress) options_.progress(share, what);
   }
-  void setReferences(const Trial& free, const Trial& all);
+  void referWithoutContact(const Trial& free, const Trial& all);
   void baseline(Diagnosis& out);
   std::vector<Trial> screen(double from, double to, bool contact_may_wait);
   Candidate valued(const Trial& trial) const;

@@ -57,13 +57,13 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
   }
   // while the runs without contact lack something, windows through contact go astray for that
-  if (candidates_.judge(joint_, false, true).validation_error_free < structured_error)
+  if (candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
     joint_ = candidates_.settled(std::move(joint_), iterations);
-  errors_ = candidates_.judge(joint_, true, true);
+  errors_ = candidates_.judge(joint_, true, Judging::anew);
   if (std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); })) {
     const Eigen::VectorXd stood = joint_.fit.x;
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
-    if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, true);
+    if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, Judging::anew);
   }
   widenAlongEquivalents(candidates_.belief(), *joint_.space, joint_.fit.x, joint_.fit.covariance);
   adopted_ = joint_.effects();
@@ -74,11 +74,11 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   if (!out.steps.empty()) out.steps.back().errors = errors_;
 }
 
-/// What the next candidates are measured against.
+/// What the next candidates are measured against without contact.
 void Diagnoser::refer() {
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
-  setReferences(free, joint_);
+  referWithoutContact(free, joint_);
 }
 
 /// Whether an effect promises much beside a model that leaves next to nothing on the runs to validate: it may show in the runs to fit
@@ -94,7 +94,9 @@ bool Diagnoser::isMoreForeseen() {
     const auto promise = promises.find(name);
     if (promise != promises.end() && promise->second > worth_a_look) names_.push_back(name);
   }
-  return !names_.empty();
+  if (names_.empty()) return false;
+  candidates_.referThroughContact(references_);
+  return true;
 }
 
 /// Whether the runs without contact alone keep what the others lack, beyond doubt: through contact, a refit without it takes long.
@@ -103,7 +105,7 @@ bool Diagnoser::keepsItsPlace(const Settings& others) const {
   const Trial with = candidates_.fit(adopted_, &own, joint_.local, {Through::free, 0});
   Trial without = candidates_.fit(others, &own, joint_.local, {Through::free, 6});
   return candidates_.evidence(with, without) > plain_place &&
-         (!clean() || bornOut(candidates_.judge(without, false, true), errors_, false));
+         (!clean() || bornOut(candidates_.judge(without, false, Judging::anew), errors_, false));
 }
 
 /// Takes an earlier step back that the later ones have made needless.
@@ -119,7 +121,7 @@ bool Diagnoser::withdraw(Diagnosis& out) {
     if (candidates_.evidence(joint_, without) > least_evidence) {
       // at the floor an effect must be worth its place on the runs to validate, as when it was adopted: many parameters
       // find some evidence in the colour of the noise
-      if (!clean() || bornOut(candidates_.judge(without, all, true), errors_, false)) continue;
+      if (!clean() || bornOut(candidates_.judge(without, all, Judging::anew), errors_, false)) continue;
     }
     out.withdrawn.push_back(adopted_[i].id);
     out.steps.erase(out.steps.begin() + static_cast<long>(i));
@@ -147,7 +149,7 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
     Candidate anew = *was;
     anew.beside.clear();
     anew.evidence = trial.evidence;
-    anew.errors = candidates_.judge(trial, contact, false);
+    anew.errors = candidates_.judge(trial, contact, Judging::settled);
     anew.parameters = trial.space->effectValues(0, trial.fit.x, trial.fit.covariance);
     anew.note.clear();
     anew.borne_out = true;
@@ -192,7 +194,7 @@ bool Diagnoser::adoptPair(const std::vector<Trial>& trials, double share, double
     progress(share - 0.02, "together: " + names);
   });
   for (auto& pair : pairs) {
-    pair.trial.errors = candidates_.judge(pair.trial, pair.contact, false);
+    pair.trial.errors = candidates_.judge(pair.trial, pair.contact, Judging::settled);
     if (pair.trial.evidence < 2.0 * least_evidence || !earns(pair.trial)) continue;
     out.steps.push_back({pair.first, {}, {}});
     out.steps.back().errors = errors_;

@@ -35,8 +35,8 @@ Diagnoser::Diagnoser(const Model& model, const Dataset& dataset, const Diagnosis
   slowLast(names_);
 }
 
-void Diagnoser::setReferences(const Trial& free, const Trial& all) {
-  references_ = candidates_.referencesOf(free, all);
+void Diagnoser::referWithoutContact(const Trial& free, const Trial& all) {
+  references_ = candidates_.referencesWithoutContact(free, all);
   const FitResult& fit = references_.free.fit;
   const double level = std::max(1.0, fit.squares / std::max(1.0, fit.count));  // evidence is over the level that is left
   references_.worth = 0.5 * least_excess_share * std::max(0.0, fit.squares - fit.count) / level;
@@ -47,10 +47,11 @@ void Diagnoser::baseline(Diagnosis& out) {
   const std::vector<LocalState> fresh(candidates_.recordings().size());
   const Trial free = candidates_.fit({}, nullptr, fresh, {Through::free, 10});
   progress(0.05, "baseline through contact");
-  setReferences(free, free);
+  referWithoutContact(free, free);
+  candidates_.referThroughContact(references_);
   joint_ = references_.contact;
   progress(0.08, "baseline on the runs to validate");
-  errors_ = candidates_.judge(joint_, true, true);
+  errors_ = candidates_.judge(joint_, true, Judging::anew);
   references_.contact.local = joint_.local;
   double squares = free.fit.squares, count = free.fit.count;
   if (candidates_.haveContact()) {
@@ -126,7 +127,10 @@ Diagnosis Diagnoser::run() {
   begin_.screen.reset();  // the starts' directions take much room
   bool referred = false;  // to the model as it stands
   for (int step = 0; step < options_.most_steps && !(step > 0 && hurried()); ++step) {
-    if (step > 0 && !referred) refer();
+    if (step > 0 && !referred) {
+      refer();
+      candidates_.referThroughContact(references_);
+    }
     referred = false;
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     std::vector<Trial> trials = screen(from, to, true);

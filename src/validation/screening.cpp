@@ -1,5 +1,7 @@
 #include "screening.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -33,7 +35,7 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
   const auto sampledError = [&] {
     if (sampled < 0.0) {
       Trial reference = references.contact;
-      sampled = candidates.judge(reference, true, false, strideOver(standing.adopted, judged_stride)).validation_error_contact;
+      sampled = candidates.judge(reference, true, Judging::glance, strideOver(standing.adopted, judged_stride)).validation_error_contact;
     }
     return sampled;
   };
@@ -44,7 +46,7 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
     if (contact && t.evidence < least_evidence) continue;  // its windows would cost much and change no verdict
     const bool rival = t.evidence > reach * trials[0].evidence;
     const int stride = rival ? 1 : strideOver(t.space->fitted(), judged_stride);
-    t.errors = candidates.judge(t, contact, false, stride);
+    t.errors = candidates.judge(t, contact, rival ? Judging::settled : Judging::glance, stride);
     if (contact && stride > 1) scaleToAllWindows(t.errors, standing.errors.validation_error_contact, sampledError());
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references.free.fit : references.contact.fit;
@@ -63,19 +65,21 @@ Trial notLookedAt(const std::string& name) {
   return out;
 }
 
-using Look = std::function<Trial(const std::string&, const Leaders&, const Trial* seen)>;
-
 /// Where the reference is plainly off through contact, one short look at each candidate there. Full looks, which take long for
 /// the wrong ones, end with the one that leaves nothing: `names` then come in the order in which that is likely.
-std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::string>& names, const References& references,
-                            const Leaders& leaders, const Look& look) {
+std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::string>& names, const Standing& standing,
+                            const Leaders& leaders) {
+  const References& references = standing.references;
   std::vector<Trial> out;
   if (!candidates.haveContact() || names.size() < 2 || leaders.waits(references) || leaders.settles(references) ||
       !plainlyOffThroughContact(references) || references.sparse.stride == 1)  // beside a ring no look is short
     return out;
   Leaders settled = leaders;
   settled.through_contact = true;
-  for (const std::string& name : names) out.push_back(look(name, settled, nullptr));
+  out.resize(names.size());
+  tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t i) {
+    out[i] = candidates.limit().isUp() ? notLookedAt(names[i]) : candidates.look(names[i], standing.adopted, references, settled);
+  });
   names = contendersFirst(std::move(names), out);
   return out;
 }
@@ -134,7 +138,8 @@ Screening screen(const Candidates& candidates, const std::vector<std::string>& n
   }
   if (candidates.haveContact() && !contact.empty() && contact_may_wait && leaders.free_settled && !leaders.waits(references))
     leaders.explains_contact = candidates.explainsContact(trials[leader], references);
-  std::vector<Trial> glimpsed = glimpses(candidates, contact, references, leaders, look);
+  progress(each * trials.size(), "a glance at each through contact");
+  std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);
   for (const std::string& name : contact) {
     const auto found = std::find_if(glimpsed.begin(), glimpsed.end(), [&](const Trial& t) { return t.effect == name; });
     const Trial* seen = found == glimpsed.end() ? nullptr : &*found;

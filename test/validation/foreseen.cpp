@@ -17,7 +17,8 @@ std::vector<std::string> wholeCatalogue() {
 struct Beside {
   explicit Beside(const MadeSet& set) : candidates(set.dataset.belief, set.dataset) {
     free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-    references = candidates.referencesOf(free, free);
+    references = candidates.referencesWithoutContact(free, free);
+    candidates.referThroughContact(references);
   }
   Candidates candidates;
   Trial free;

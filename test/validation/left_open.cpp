@@ -32,7 +32,7 @@ class LeftOpenTest : public ::testing::Test {
     out.fit.covariance(k, k) = std * std;
     return out;
   }
-  static double errorOf(Trial trial) { return all().candidates.judge(trial, true, true).validation_error_contact; }
+  static double errorOf(Trial trial) { return all().candidates.judge(trial, true, Judging::anew).validation_error_contact; }
 };
 
 TEST_F(LeftOpenTest, WhatMovesWithinItsDeviationsReachesTheRunsToValidate) {

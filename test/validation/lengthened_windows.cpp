@@ -15,7 +15,13 @@ struct FarAside {
   EffectSetting truth = set.truth().effects.at(0);
   Candidates candidates{set.dataset.belief, set.dataset};
   Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-  References references = candidates.referencesOf(free, free);
+  References references = throughContact();
+
+  References throughContact() {
+    References out = candidates.referencesWithoutContact(free, free);
+    candidates.referThroughContact(out);
+    return out;
+  }
 };
 
 class LengthenedWindows : public ::testing::Test {

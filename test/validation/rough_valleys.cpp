@@ -16,7 +16,8 @@ struct Ring {
   explicit Ring(std::uint64_t seed) : set(madeSet(seed, "inner_ring_spin", 0.0, true, {"chirp_1", "rub_1", "drop_1"})) {
     Candidates candidates(set.dataset.belief, set.dataset);
     free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-    const References references = candidates.referencesOf(free, free);
+    References references = candidates.referencesWithoutContact(free, free);
+    candidates.referThroughContact(references);
     const Eigen::VectorXd own = references.contact.nuisance();
     found = candidates.fit({truth}, &own, references.contact.local, {Through::all, 6, true});
     widened = candidates.widenedByHollows(found, references.prior);
