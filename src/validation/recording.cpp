@@ -143,6 +143,12 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
   }
   if (run.speed_from_tacho) {
     rec.path = std::make_shared<TachoPath>(rec.pulses);
+    if (rec.pulses.half_width_s > 0.0 && rec.pulses.time.size() > 1) {  // a straight line's, and as much again for what bends
+      const double edges = static_cast<double>(rec.pulses.time.size()), length = rec.pulses.time.back() - rec.pulses.time.front();
+      rec.first_turns_s = 0.5 * (rec.pulses.time.front() + rec.pulses.time.back());
+      rec.angle_std_rad = 2.0 * rec.path->at(rec.first_turns_s).speed * rec.pulses.half_width_s / std::sqrt(3.0 * edges);
+      rec.speed_std_rad_s = std::sqrt(12.0) * rec.angle_std_rad / length;
+    }
     const ShaftInstant start = rec.path->at(0.0);
     rec.angle0_rad = start.angle;
     rec.speed_rad_s = start.speed;

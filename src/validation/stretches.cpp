@@ -60,7 +60,7 @@ Stretch stretchOf(const Recording& rec, const Model& model) {
 LaneJob jobOf(const Recording& rec, const Model& model, double standstill_angle) {
   LaneJob job;
   job.model = &model;
-  rec.startOfSpin(freeSpinOf(model), job.angle0_rad, job.speed_rad_s);
+  if (rec.path == nullptr) rec.startOfSpin(freeSpinOf(model), job.angle0_rad, job.speed_rad_s);
   if (rec.standstill) job.angle0_rad = standstill_angle;
   std::copy(rec.integral_m_s.begin(), rec.integral_m_s.end(), job.integral_m_s);
   return job;

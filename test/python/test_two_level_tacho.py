@@ -38,8 +38,8 @@ def test_runs_stay_as_near_to_the_model(both):
     _, adopted, _ = _core.diagnose(both[0].belief, both[0], candidates=[EFFECT])
     close, two_levels = (_core.compare(adopted, dataset, refit=False)["errors"]["by_run"] for dataset in both)
     assert close.keys() == two_levels.keys() and max(close.values()) < 1.1
-    for run, error in two_levels.items():  # the path's own error, 0.002 rad of 1X, is far below the noise
-        assert error == pytest.approx(close[run], abs=0.02), run
+    for run, error in two_levels.items():  # what bends of a path is not freed: 0.002 left here, a spline leaves 0.03
+        assert error == pytest.approx(close[run], abs=0.01), run
 
 
 def test_the_same_effect_is_found(both):

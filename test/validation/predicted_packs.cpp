@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../support/models.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/machine/lane_stepper.hpp"
 #include "amb_rotor/machine/simulator.hpp"
 #include "amb_rotor/validation/predict.hpp"
@@ -37,6 +38,38 @@ std::vector<double> changeByCrack(double relative_depth) {
   return change;
 }
 
+/// 60 Hz that rise by 40 Hz each second, turned by an angle and a speed.
+class Rising final : public ShaftPath {
+ public:
+  Rising(double more_rad, double more_rad_s) : more_rad_(more_rad), more_rad_s_(more_rad_s) {}
+  ShaftInstant at(double time) const override {
+    constexpr double speed = two_pi * 60.0, rise = two_pi * 40.0;
+    return {more_rad_ + (speed + more_rad_s_) * time + 0.5 * rise * time * time, speed + more_rad_s_ + rise * time, rise};
+  }
+
+ private:
+  double more_rad_, more_rad_s_;
+};
+
+/// On that path, its lane turned by so much beside it; from contact_step_s 0 on it goes by exact steps.
+std::vector<double> onAPath(const Rising& path, double more_rad, double more_rad_s, double contact_step_s) {
+  const Model model = withUnbalance(levitated(), 3e-5, 0.5, 0.02);
+  Stretch stretch;
+  stretch.path = &path;
+  stretch.record_rate_hz = 10000.0;
+  stretch.last = 2000;
+  stretch.contact_step_s = contact_step_s;
+  std::vector<double> out(static_cast<std::size_t>(stretch.last) * predicted_channels);
+  std::vector<LaneJob> jobs(1);
+  jobs[0].model = &model;
+  jobs[0].angle0_rad = more_rad;
+  jobs[0].speed_rad_s = more_rad_s;
+  jobs[0].out = out.data();
+  predict(stretch, jobs);
+  EXPECT_TRUE(jobs[0].finite);
+  return out;
+}
+
 double lengthOf(const std::vector<double>& values) {
   double sum = 0.0;
   for (const double value : values) sum += value * value;
@@ -51,6 +84,17 @@ TEST(PredictedPacks, AllOfThemGoTheSameWay) {
   std::vector<double> apart(small.size());
   for (std::size_t i = 0; i < small.size(); ++i) apart[i] = 100.0 * small[i] - large[i];
   EXPECT_LT(lengthOf(apart), 1e-3 * lengthOf(large)) << "in proportion, to the square of the depth and round-off over 1e-6";
+}
+
+TEST(PredictedPacks, ALaneThatIsTurnedBesideAPathGoesAsOnThePathTurned) {
+  for (const double contact_step_s : {0.0, 1e-5}) {
+    const std::vector<double> beside = onAPath(Rising(0.0, 0.0), 0.4, 0.7, contact_step_s), on = onAPath(Rising(0.4, 0.7), 0.0, 0.0, contact_step_s),
+                              off = onAPath(Rising(0.0, 0.0), 0.0, 0.0, contact_step_s);
+    std::vector<double> apart(on.size()), turned(on.size());
+    for (std::size_t i = 0; i < on.size(); ++i) apart[i] = beside[i] - on[i], turned[i] = on[i] - off[i];
+    EXPECT_GT(lengthOf(turned), 0.1 * lengthOf(off));
+    EXPECT_LT(lengthOf(apart), 1e-7 * lengthOf(on)) << contact_step_s;  // exact steps interpolate between speeds, to so much
+  }
 }
 
 TEST(PredictedPacks, IronSaturatesInThemAsInOneMachine) {

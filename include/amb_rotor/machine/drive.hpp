@@ -25,6 +25,7 @@ template <class S>
 struct Drive {
   const ShaftPath* path = nullptr;   ///< null: angle0 + speed t, a value for each lane
   S angle0 = S(0.0), speed = S(0.0);         ///< [rad], [rad/s]
+  bool turned = false;               ///< beside a path: they are added to its angle and speed
   bool hold_speed = false;           ///< where the spin is a state: the drive keeps it (run-in)
   const HeldExcitation* excitation = nullptr;
   const Schedule* schedule = nullptr;
@@ -35,6 +36,11 @@ struct Drive {
     Shaft<S> shaft;
     if (path != nullptr) {
       const ShaftInstant now = path->at(time);
+      if (turned) {
+        shaft = Shaft<S>::at(S(now.angle) + angle0 + speed * S(time), S(now.speed) + speed, S(now.acceleration));
+        shaft.time = time;
+        return shaft;
+      }
       shaft.angle = S(now.angle);
       shaft.cosine = S(std::cos(now.angle));
       shaft.sine = S(std::sin(now.angle));

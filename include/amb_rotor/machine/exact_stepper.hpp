@@ -35,16 +35,18 @@ class ExactStepper {
     if (length == nullptr) return fixed_.advance(sim, from, to, state, held);
     const Drive<S>& drive = sim.drive();
     Shaft<S> shaft;
-    double share = 0.0;  // of the way from the lower to the upper of the speeds that are kept
+    S share(0.0);  // of the way from the lower to the upper of the speeds that are kept
     if (constant_) {
       shaft = drive.shaft(from);
       if (length->low == nullptr) length->low = stepAt(sim, 0, shaft.speed, to - from);
     } else {
       const ShaftInstant middle = drive.path->at(0.5 * (from + to));
       shaft = Shaft<S>::at(S(middle.angle - 0.5 * middle.speed * (to - from)), S(middle.speed), S(middle.acceleration));
+      if (drive.turned) shaft = Shaft<S>::at(shaft.angle + drive.angle0 + drive.speed * S(from), shaft.speed + drive.speed, shaft.acceleration);
       const double place = middle.speed / speed_spacing_rad_s;
       const long segment = static_cast<long>(std::floor(place));
-      share = place - static_cast<double>(segment);
+      share = S(place - static_cast<double>(segment));
+      if (drive.turned) share += drive.speed * S(1.0 / speed_spacing_rad_s);
       if (length->low == nullptr || length->segment != segment) {
         length->segment = segment;
         length->low = stepAt(sim, segment, S(segment * speed_spacing_rad_s), to - from);
@@ -57,7 +59,7 @@ class ExactStepper {
     length->low->move(from_.data(), next_.data());
     if (!constant_) {
       length->high->move(from_.data(), other_.data());
-      for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += S(share) * (other_[i] - next_[i]);
+      for (std::size_t i = 0; i < next_.size(); ++i) next_[i] += share * (other_[i] - next_[i]);
     }
     state.mechanics.swap(next_);
     sim.track().move(fixed_.decayOf(sim.track(), to - from), held.target, state.current, state.lag.data());

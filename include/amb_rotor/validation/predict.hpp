@@ -36,7 +36,7 @@ struct Stretch {
 /// One machine of a batch.
 struct LaneJob {
   const Model* model = nullptr;
-  double angle0_rad = 0.0, speed_rad_s = 0.0;
+  double angle0_rad = 0.0, speed_rad_s = 0.0;  ///< of a constant speed; on a path: added to its angle and speed
   double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
   double drift_m_per_s[4] = {0, 0, 0, 0};
   double integral_m_s[4] = {0, 0, 0, 0};    ///< that the controller's integrators hold in a run-in, or lie about, and begin with

@@ -90,6 +90,7 @@ Drive<S> packDrive(const Stretch& stretch, const LaneJob* jobs, std::size_t coun
   drive.schedule = stretch.schedule;
   for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l) {
     const LaneJob& job = jobs[l < count ? l : count - 1];
+    drive.turned = drive.turned || (stretch.path != nullptr && (job.angle0_rad != 0.0 || job.speed_rad_s != 0.0));
     setLane(drive.angle0, l, job.angle0_rad);
     setLane(drive.speed, l, job.speed_rad_s);
     for (int a = 0; a < 4; ++a) {

@@ -22,8 +22,8 @@ struct FreeSpin {
   double lost(double time_s) const;   ///< (t - reach(t))/decay [s^2]
 };
 
-/// What is found of the shaft of a run of constant speed beyond what its pulses tell: added to its angle in the middle of the turns
-/// that they were taken from, and to its speed.
+/// What is found of the shaft of a run beyond what its pulses tell: added to its angle in the middle of the turns that they were taken
+/// from, and to its speed.
 struct ShaftTurn {
   double rad = 0.0, rad_s = 0.0;
 };
@@ -38,7 +38,7 @@ struct Recording {
   bool standstill = false;              ///< the tacho tells no angle
   /// At t = 0, of a constant speed: from the first turns, or from all where edges are known to half a sample and lie on one line.
   double angle0_rad = 0.0, speed_rad_s = 0.0;
-  /// How well these turns tell angle and speed of a constant speed, at the middle of those turns [s]; 0: nothing tells them.
+  /// How well these turns, or those of a path, tell angle and speed, at their middle [s]; 0: nothing tells them, or a path does exactly.
   double angle_std_rad = 0.0, speed_std_rad_s = 0.0, first_turns_s = 0.0;
   std::shared_ptr<ShaftPath> path;      ///< of a driven speed: through all pulses; else null
   bool stays_inside = false;            ///< no end can have touched: predicted without contact

@@ -12,7 +12,7 @@ Stretch stretchOf(const Recording& rec, const Model& model);
 /// One lane of it. At standstill the shaft has the angle given [rad].
 LaneJob jobOf(const Recording& rec, const Model& model, double standstill_angle);
 
-/// Turns the shaft of a run of constant speed.
+/// Turns the shaft of a run by what has been found beyond its pulses.
 void turnShaft(const Recording& rec, const ShaftTurn& turn, LaneJob& job);
 
 /// A trial weight in a run is known: it joins the machine's unbalance.
