@@ -10,8 +10,9 @@
 namespace amb_rotor {
 namespace {
 
-/// First free-free bending mode of a uniform beam over [-h, h] about z = middle, 1 at the ends.
+/// First free-free bending mode of a uniform beam over [-h, h] about z = middle, 1 at the ends; without a length all is an end.
 double beamShape(double z, double middle, double half) {
+  if (!(half > 0.0)) return 1.0;
   constexpr double wavelength = 4.730040745;
   constexpr double ratio = 0.982502215;
   const double s = std::min(std::max((z - middle + half) / (2.0 * half), 0.0), 1.0) * wavelength;
