@@ -104,6 +104,9 @@ std::vector<EffectSetting> Candidates::awayFromLimits(const FitSpace& space, con
     for (std::size_t i = 0; i < parameters.size(); ++i)
       if (c.name == effect.id + "." + parameters[i].name) away.values[i] = anew.values[i];
   }
+  // what rises above another number stops at its own limit, which its coordinate does not know
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (effect.values[i] > (1.0 - limit_share) * parameters[i].upper) away.values[i] = anew.values[i];
   if (away.values == effect.values) return {};
   if (away.values == anew.values) return {away};
   return {away, anew};

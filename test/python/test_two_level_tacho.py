@@ -38,7 +38,7 @@ def test_runs_stay_as_near_to_the_model(both):
     _, adopted, _ = _core.diagnose(both[0].belief, both[0], candidates=[EFFECT])
     close, two_levels = (_core.compare(adopted, dataset, refit=False)["errors"]["by_run"] for dataset in both)
     assert close.keys() == two_levels.keys() and max(close.values()) < 1.1
-    for run, error in two_levels.items():  # what bends of a path is not freed: 0.002 left here, a spline leaves 0.03
+    for run, error in two_levels.items():  # taken as exact, such edges left coast_down_1 at 1.44, steady_3 at 9.5
         assert error == pytest.approx(close[run], abs=0.01), run
 
 

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "../support/made_sets.hpp"
 #include "amb_rotor/validation/fit.hpp"
@@ -202,6 +204,49 @@ TEST(FitElimination, TheOffsetsAngleAndSpeedOfARun) {
   ASSERT_GT(set.recordings[run].angle_std_rad, 0.0);
   ASSERT_GT(set.recordings[run].speed_std_rad_s, 0.0);
   expectAsWrittenOut(set, run, space, 0.0, false);
+}
+
+/// A path turned back by an angle.
+class TurnedBack final : public ShaftPath {
+ public:
+  TurnedBack(std::shared_ptr<ShaftPath> path, double by_rad) : path_(std::move(path)), by_rad_(by_rad) {}
+  ShaftInstant at(double time) const override {
+    ShaftInstant now = path_->at(time);
+    now.angle -= by_rad_;
+    return now;
+  }
+
+ private:
+  std::shared_ptr<ShaftPath> path_;
+  double by_rad_;
+};
+
+TEST(FitElimination, ADrivenRunIsTurnedBesideAPathThatIsOff) {
+  constexpr double off_rad = 0.02;
+  const MadeSet& set = madeSet(21, "none", 0.0, false);
+  const FitSpace space(set.truth(), {});
+  std::vector<Recording> recordings = set.recordings;
+  const auto driven = std::find_if(recordings.begin(), recordings.end(), [](const Recording& rec) { return rec.path != nullptr; });
+  ASSERT_NE(driven, recordings.end());
+  EXPECT_EQ(driven->angle_std_rad, 0.0) << "pulses with values between the levels tell it";
+  const int run = static_cast<int>(driven - recordings.begin());
+  driven->path = std::make_shared<TurnedBack>(driven->path, off_rad);
+  const auto leftOf = [&] {
+    const FitProblem problem(recordings, space, set.offset_std_m);
+    std::vector<LocalState> local(recordings.size());
+    std::vector<RunResult> results;
+    for (int pass = 0; pass < 2; ++pass) problem.evaluate(space.start(), {run}, local, {}, &results);
+    return std::make_pair(results[0].mean_square, local[run].turning);
+  };
+  const double held = leftOf().first;
+  driven->angle_std_rad = off_rad;
+  driven->speed_std_rad_s = 0.1;
+  driven->first_turns_s = 0.5 * driven->duration();
+  const auto [freed, turning] = leftOf();
+  EXPECT_GT(held, 1.1);
+  EXPECT_LT(freed, 1.02 * 1.02);  // the truth, at its noise
+  EXPECT_NEAR(turning.rad, off_rad, 0.05 * off_rad);
+  EXPECT_NEAR(turning.rad_s, 0.0, 0.02);
 }
 
 TEST(FitElimination, AWrongModelDoesNotTurnTheShaft) {

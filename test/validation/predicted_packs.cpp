@@ -51,14 +51,12 @@ class Rising final : public ShaftPath {
   double more_rad_, more_rad_s_;
 };
 
-/// On that path, its lane turned by so much beside it; from contact_step_s 0 on it goes by exact steps.
-std::vector<double> onAPath(const Rising& path, double more_rad, double more_rad_s, double contact_step_s) {
-  const Model model = withUnbalance(levitated(), 3e-5, 0.5, 0.02);
+/// On that path, its lane turned by so much beside it.
+std::vector<double> onAPath(const Model& model, const Rising& path, double more_rad, double more_rad_s) {
   Stretch stretch;
   stretch.path = &path;
   stretch.record_rate_hz = 10000.0;
   stretch.last = 2000;
-  stretch.contact_step_s = contact_step_s;
   std::vector<double> out(static_cast<std::size_t>(stretch.last) * predicted_channels);
   std::vector<LaneJob> jobs(1);
   jobs[0].model = &model;
@@ -87,13 +85,16 @@ TEST(PredictedPacks, AllOfThemGoTheSameWay) {
 }
 
 TEST(PredictedPacks, ALaneThatIsTurnedBesideAPathGoesAsOnThePathTurned) {
-  for (const double contact_step_s : {0.0, 1e-5}) {
-    const std::vector<double> beside = onAPath(Rising(0.0, 0.0), 0.4, 0.7, contact_step_s), on = onAPath(Rising(0.4, 0.7), 0.0, 0.0, contact_step_s),
-                              off = onAPath(Rising(0.0, 0.0), 0.0, 0.0, contact_step_s);
+  const Model linear = withUnbalance(levitated(), 3e-5, 0.5, 0.02), cracked = with(linear, "shaft_crack", {0.1, 0.4});
+  ASSERT_TRUE(predictsExactly({}, linear));
+  ASSERT_FALSE(predictsExactly({}, cracked));
+  for (const Model& model : {linear, cracked}) {
+    const std::vector<double> beside = onAPath(model, Rising(0.0, 0.0), 0.4, 0.7), on = onAPath(model, Rising(0.4, 0.7), 0.0, 0.0),
+                              off = onAPath(model, Rising(0.0, 0.0), 0.0, 0.0);
     std::vector<double> apart(on.size()), turned(on.size());
     for (std::size_t i = 0; i < on.size(); ++i) apart[i] = beside[i] - on[i], turned[i] = on[i] - off[i];
     EXPECT_GT(lengthOf(turned), 0.1 * lengthOf(off));
-    EXPECT_LT(lengthOf(apart), 1e-7 * lengthOf(on)) << contact_step_s;  // exact steps interpolate between speeds, to so much
+    EXPECT_LT(lengthOf(apart), 1e-7 * lengthOf(on)) << model.effects.size();  // exact steps interpolate between speeds, to so much
   }
 }
 
