@@ -15,8 +15,8 @@ namespace {
 
 /// Of offsets that go round the loop, and of their drift over a run [m].
 constexpr double offset_step_m = 1e-7;
-/// Length of the blocks whose scores are taken as independent [s].
-constexpr double score_block_s = 0.05;
+/// Length of the blocks whose scores are taken as independent [s]: several times what a mode rings on that is next to unstable.
+constexpr double score_block_s = 0.2;
 /// Angles tried at standstill: over the whole turn, then about the best. The hills of a crack, which opens over a small
 /// angle, are narrow; what else turns with the shaft goes by sine and cosine.
 constexpr int angle_grid = 16, crack_grid = 64, fine_grid = 8;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/recording.hpp"
@@ -16,12 +17,21 @@ namespace {
 
 /// Share of the stated deviation that offsets in the recording alone stay below by chance in next to no set of runs.
 constexpr double next_to_none = 0.1;
-/// Offsets' deviations, as currents by kp, beyond which integrators that hold as much do not begin at 0: where the offsets lie in the
-/// recording, whose drift is in the reading, and where they do not.
-constexpr double held_beside_offsets = 3.0, held_in_loop = 0.1;
+/// Share of the offsets' deviation, as a current by kp, beyond which integrators that hold as much do not begin at 0 where the offsets go
+/// round the loop.
+constexpr double held_in_loop = 0.1;
 /// Share of the turning speed at which integrators in a run-in forget their mean: their ripple is off by as much; turns it is read from.
 constexpr double leak_share = 0.05;
 constexpr int ripple_turns = 3;
+/// Mean square of a Hann window's weights, of mean 1.
+constexpr double hann_variance = 1.5;
+/// Variance of a displacement's mean by what noise in the loop, a third of the sensors', moves the rotor, over that of the noise, times the
+/// number of instants.
+constexpr double wander_variance = 0.5;
+/// Instants of a tenth from which means of tenths tell more.
+constexpr long least_part = 100;
+/// What delay and lag of currents may be beside the believed ones, and half the time that a current's rate is taken over.
+constexpr double lateness_std_s = 2e-4, rate_reach_s = 1e-3;
 /// Offset that the response is taken at, and drift over the run [m].
 constexpr double probe_m = 1e-6;
 /// Stated deviations up to which offsets go into the lanes themselves.
@@ -31,6 +41,50 @@ bool isExcited(const Recording& rec) {
   return std::any_of(std::begin(rec.excitation.axis), std::end(rec.excitation.axis), [](const std::vector<double>& axis) {
     return std::any_of(axis.begin(), axis.end(), [](double value) { return value != 0.0; });
   });
+}
+
+/// Of mean 1 over so many instants.
+double hannWeight(long instant, long instants) {
+  return 1.0 - std::cos(two_pi * (static_cast<double>(instant) + 0.5) / static_cast<double>(instants));
+}
+
+/// From the start, before an excitation or an event; 0: a turning rotor does not turn often enough in them.
+long quietSamples(const Recording& rec) {
+  long samples = rec.samples;
+  for (const auto& axis : rec.excitation.axis)
+    samples = std::min<long>(samples, std::find_if(axis.begin(), axis.end(), [](double value) { return value != 0.0; }) - axis.begin() +
+                                          (axis.empty() ? rec.samples : 0));
+  for (const auto& event : rec.run.events) samples = std::min(samples, std::lround(event.time_s * rec.run.sample_rate_hz));
+  const double turns = rec.standstill ? 0.0 : std::fabs(rec.startingSpeed()) / two_pi * static_cast<double>(samples) / rec.run.sample_rate_hz;
+  return samples > 0 && (rec.standstill || turns >= ripple_turns) ? samples : 0;
+}
+
+/// Of a channel over its first so many instants, weighted by Hann's window.
+double quietMean(const Recording& rec, int channel, long quiet, long first = 0) {
+  double mean = 0.0;
+  for (long i = 0; i < quiet; ++i)
+    mean += rec.measured[static_cast<std::size_t>(first + i) * predicted_channels + channel] * hannWeight(i, quiet);
+  return mean / static_cast<double>(quiet);
+}
+
+/// Of a displacement's mean: by the noise, and where the instants are many by the means of tenths about their line. A rotor near its
+/// stability's limit wanders by itself.
+double quietVariance(const Recording& rec, int axis, long quiet) {
+  const double by_noise = (hann_variance + wander_variance) * rec.noise[axis] * rec.noise[axis] / static_cast<double>(quiet);
+  constexpr int parts = 10;
+  const double turns = std::fabs(rec.startingSpeed()) / two_pi * static_cast<double>(quiet) / rec.run.sample_rate_hz;
+  const long length = quiet / parts;
+  if (length < least_part || (!rec.standstill && turns < ripple_turns * parts)) return by_noise;
+  double sum = 0.0, sum_k = 0.0, squares = 0.0;
+  for (int k = 0; k < parts; ++k) {
+    const double mean = quietMean(rec, axis, length, k * length), at = k - 0.5 * (parts - 1);
+    sum += mean;
+    sum_k += mean * at;
+    squares += mean * mean;
+  }
+  constexpr double spread = parts * (parts * parts - 1.0) / 12.0;  // sum of the squares of `at`
+  const double left = squares - sum * sum / parts - sum_k * sum_k / spread;
+  return std::max(by_noise, left / (parts - 2.0) / parts);
 }
 
 double medianOf(std::vector<double> values) {
@@ -44,38 +98,66 @@ bool hasPlainPid(const Model& belief) {
 
 }  // namespace
 
-LawReading readLaw(const Recording& rec, const Model& belief) {
+LawReading readLaw(const Recording& rec, const Model& belief, double offset_std_m) {
   const auto& control = belief.rig.controller;
   const double kp = control.kp_A_per_m, kd = control.kd_A_s_per_m, ki = control.ki_A_per_m_s;
   const double step = 1.0 / rec.run.sample_rate_hz;
-  LawReading out = {Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero()};
+  const double bandwidth_hz = belief.rig.amb.amplifier_bandwidth_hz;
+  const double late_s = control.delay_s + (bandwidth_hz > 0.0 ? 1.0 / (two_pi * bandwidth_hz) : 0.0) + 0.5 * step;
+  const long quiet = quietSamples(rec), reach = std::max(1L, std::lround(rate_reach_s / step));
+  LawReading out;
   for (int a = 0; a < axis_count; ++a) {
     if (!(rec.noise[a] > 0.0 && rec.noise[axis_count + a] > 0.0)) {
-      out.offset_m[a] = out.integral_A[a] = std::numeric_limits<double>::quiet_NaN();
+      out.offset_m[a] = out.integral_A[a] = out.settled_integral_A[a] = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
-    double sum = 0.0, sum_t = 0.0, sum_tt = 0.0, sum_y = 0.0, sum_ty = 0.0, integral = 0.0;
+    // y = -ki I(0) + o (kp + ki t) - (lateness beside the believed) i' + d (kp u + ki t u/2), u = t/T
+    Eigen::Matrix4d products = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d along = Eigen::Vector4d::Zero();
+    double integral = 0.0;
+    const auto current = [&](long i) { return rec.measured[static_cast<std::size_t>(i) * predicted_channels + axis_count + a]; };
     for (long i = 0; i < rec.samples; ++i) {
-      const double weight = 1.0 - std::cos(two_pi * (static_cast<double>(i) + 0.5) / static_cast<double>(rec.samples));
+      const double u = (static_cast<double>(i) + 0.5) / static_cast<double>(rec.samples), t = static_cast<double>(i) * step;
       const double* channels = &rec.measured[static_cast<std::size_t>(i) * predicted_channels];
       const double excitation = rec.excitation.axis[a].empty() ? 0.0 : rec.excitation.axis[a][static_cast<std::size_t>(i)];
       integral += step * channels[a];
       const double rate = i > 0 ? (channels[a] - channels[a - predicted_channels]) / step : 0.0;
-      const double t = static_cast<double>(i) * step,
-                   y = channels[axis_count + a] - excitation + kp * channels[a] + kd * rate + ki * integral;
-      sum += weight;
-      sum_t += weight * t;
-      sum_tt += weight * t * t;
-      sum_y += weight * y;
-      sum_ty += weight * t * y;
+      const double current_rate = (current(std::min(rec.samples - 1, i + reach)) - current(std::max(0L, i - reach))) /
+                                  (2.0 * static_cast<double>(reach) * step);
+      const double y = current(i) + late_s * current_rate - excitation + kp * channels[a] + kd * rate + ki * integral;
+      const Eigen::Vector4d terms(1.0, kp + ki * t, -current_rate, kp * u + 0.5 * ki * t * u);
+      const Eigen::Vector4d weighted = hannWeight(i, rec.samples) * terms;
+      products += weighted * terms.transpose();
+      along += y * weighted;
     }
-    if (ki > 0.0) {
-      const double slope = (sum * sum_ty - sum_t * sum_y) / (sum * sum_tt - sum_t * sum_t);
-      out.offset_m[a] = slope / ki;
-      out.integral_A[a] = kp * out.offset_m[a] - (sum_y - slope * sum_t) / sum;
-    } else {
-      out.offset_m[a] = sum_y / sum / kp;
+    if (!(ki > 0.0)) {
+      out.offset_m[a] = along[0] / products(0, 0) / kp;
+      continue;
     }
+    const double variance = hann_variance * (std::pow(kp * rec.noise[a], 2) + std::pow(rec.noise[axis_count + a], 2));
+    products(2, 2) += variance / (lateness_std_s * lateness_std_s);
+    const Eigen::Vector3d without_drift = Ldlt(products.topLeftCorner<3, 3>()).solve(along.head<3>());
+    out.offset_m[a] = without_drift[1];
+    out.integral_A[a] = out.settled_integral_A[a] = -without_drift[0];
+    if (!(offset_std_m > 0.0)) continue;
+    products(3, 3) += variance / (offset_std_m * offset_std_m);
+    const double begun_at_zero = along.tail<3>().dot(Ldlt(products.bottomRightCorner<3, 3>()).solve(along.tail<3>()));
+    double misfit = 0.0;
+    const auto alsoShows = [&](const Eigen::Vector4d& terms, double value, double value_variance) {
+      products += variance / value_variance * terms * terms.transpose();
+      along += variance / value_variance * value * terms;
+      misfit += variance / value_variance * value * value;
+    };
+    if (quiet > 0)
+      alsoShows({0.0, 1.0, 0.0, 0.5 * static_cast<double>(quiet) / static_cast<double>(rec.samples)}, quietMean(rec, a, quiet),
+                quietVariance(rec, a, quiet));
+    if (quiet > 0 && rec.standstill)  // of a turning rotor the integrators begin with a ripple beside that
+      alsoShows({1.0, 0.0, 0.0, 0.0}, quietMean(rec, axis_count + a, quiet),
+                hann_variance * std::pow(rec.noise[axis_count + a], 2) / static_cast<double>(quiet) +
+                    std::pow(kp * rec.noise[a], 2) * wander_variance / static_cast<double>(quiet));
+    const Eigen::Vector4d settled = Ldlt(products).solve(along);
+    out.settled_integral_A[a] = -settled[0];
+    out.settled_gain += quiet > 0 ? (along.dot(settled) - misfit - begun_at_zero) / variance : 0.0;
   }
   return out;
 }
@@ -85,10 +167,16 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
   if (!hasPlainPid(belief)) return out;
   const double kp = belief.rig.controller.kp_A_per_m, ki = belief.rig.controller.ki_A_per_m_s;
   std::vector<double> offsets, integrals;
+  double settled_gain = 0.0;
+  for (const Recording& rec : recordings)
+    if (!rec.holdsContact() && rec.samples > 1 && ki > 0.0) {
+      const LawReading reading = readLaw(rec, belief, offset_std_m);
+      if (reading.offset_m.allFinite()) settled_gain += reading.settled_gain;
+    }
   for (const bool excited : {false, true}) {  // excited runs where there are no others
     for (const Recording& rec : recordings) {
       if (rec.holdsContact() || rec.samples < 2 || !rec.run.events.empty() || isExcited(rec) != excited) continue;
-      const LawReading reading = readLaw(rec, belief);
+      const LawReading reading = readLaw(rec, belief, offset_std_m);
       if (!reading.offset_m.allFinite()) continue;
       for (const double offset : reading.offset_m) offsets.push_back(std::fabs(offset));
       integrals.push_back(reading.integral_A.cwiseAbs().maxCoeff());
@@ -97,7 +185,7 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
   }
   if (offsets.empty()) return out;
   const bool in_loop = medianOf(offsets) < next_to_none * offset_std_m;
-  out.integrators_settled = ki > 0.0 && medianOf(integrals) > (in_loop ? held_in_loop : held_beside_offsets) * kp * offset_std_m;
+  out.integrators_settled = in_loop ? ki > 0.0 && medianOf(integrals) > held_in_loop * kp * offset_std_m : settled_gain > 0.0;
   out.offsets_in_loop = in_loop && (ki == 0.0 || out.integrators_settled);
   return out;
 }
@@ -169,11 +257,11 @@ void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {
   tbb::parallel_for(std::size_t{0}, recordings.size(), [&](std::size_t r) {
     Recording& rec = recordings[r];
     if (loop.integrators_settled && !rec.holdsContact()) {
-      const LawReading reading = readLaw(rec, belief);
-      if (reading.integral_A.allFinite()) {
+      const LawReading reading = readLaw(rec, belief, offset_std->second);
+      if (reading.settled_integral_A.allFinite()) {
         const Eigen::Vector4d ripple = integralRipple_m_s(rec);
         for (int a = 0; a < axis_count; ++a)
-          rec.integral_m_s[static_cast<std::size_t>(a)] = reading.integral_A[a] / belief.rig.controller.ki_A_per_m_s - ripple[a];
+          rec.integral_m_s[static_cast<std::size_t>(a)] = reading.settled_integral_A[a] / belief.rig.controller.ki_A_per_m_s - ripple[a];
         if (!rec.standstill) rec.integrator_leak_per_s = leak_share * std::fabs(rec.startingSpeed());
       }
     }

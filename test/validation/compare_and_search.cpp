@@ -58,6 +58,27 @@ TEST(CompareTest, WithoutRefittingTheModelStaysAsItIs) {
   EXPECT_GT(out.errors.error_free, 1.5);
 }
 
+TEST(CompareTest, ALoopThatIsNotStableWithTheBelievedNumbersIsLedToStability) {
+  const MadeSet& set = madeSet(21, "internal_damping", 40.0, false, {"chirp_1", "steady_3", "steady_4"});
+  const Model truth = set.truth();
+  const auto& amb = truth.rig.amb;
+  CompareOptions as_it_is;
+  as_it_is.refit = false;
+  Model weak = truth;
+  double error = 0.0, share = 1.0;
+  for (; share > 0.8 && !(error > 1e100); share -= 0.04) {
+    weak.rig.amb.current_stiffness_N_per_A = share * amb.current_stiffness_N_per_A;
+    error = compare(weak, set.dataset, as_it_is).errors.error;
+  }
+  ASSERT_GT(error, 1e100) << "stable with every stiffness that was tried";
+  weak.uncertainty = set.dataset.belief.uncertainty;
+  const double low = weak.rig.amb.current_stiffness_N_per_A;
+  weak.uncertainty["amb.current_stiffness_N_per_A"] = (amb.current_stiffness_N_per_A - low) / low / 1.5;
+  const Comparison out = compare(weak, set.dataset);
+  EXPECT_NEAR(out.model.rig.amb.current_stiffness_N_per_A, amb.current_stiffness_N_per_A, 0.01 * amb.current_stiffness_N_per_A);
+  for (const auto& run : out.runs) EXPECT_NEAR(run.error, set.made.floor.at(run.id), 0.06) << run.id;  // as above
+}
+
 /// Fits the belief to a set and searches its residual.
 Unexplained search(const MadeSet& set, double& error) {
   const FitSpace space(set.dataset.belief, {});

@@ -119,8 +119,8 @@ TEST(LoopOffsets, WhereIntegratorsStoodIsReadOffTheLaw) {
   for (const int a : {1, 3}) {
     // what turns leaves 1e-4 of its 10 um (0.1 A) behind the window; delay and lag, 0.18 ms, stand for 1e-3 of a current that comes
     // in a quarter of a second
-    EXPECT_NEAR(readLaw(settled, model).integral_A[a], -current, 1e-4);
-    EXPECT_NEAR(readLaw(begun, model).integral_A[a], 0.0, 1e-3 * current);
+    EXPECT_NEAR(readLaw(settled, model, 1e-6).integral_A[a], -current, 1e-4);
+    EXPECT_NEAR(readLaw(begun, model, 1e-6).integral_A[a], 0.0, 1e-3 * current);
     EXPECT_LT(std::fabs(settled.measured[a]), 2e-5);  // it does not sag
   }
   EXPECT_TRUE(readLoop({settled}, model, 1e-6).integrators_settled);
@@ -128,9 +128,56 @@ TEST(LoopOffsets, WhereIntegratorsStoodIsReadOffTheLaw) {
   // an offset of the recording alone, 1 um, is told from either
   Recording off = begun;
   for (long i = 0; i < off.samples; ++i) off.measured[i * predicted_channels + 1] += 1e-6;
-  EXPECT_NEAR(readLaw(off, model).offset_m[1], 1e-6, 0.1e-6);
-  EXPECT_NEAR(readLaw(off, model).integral_A[1], 0.0, 2e-3 * current);
+  EXPECT_NEAR(readLaw(off, model, 1e-6).offset_m[1], 1e-6, 0.1e-6);
+  EXPECT_NEAR(readLaw(off, model, 1e-6).integral_A[1], 0.0, 2e-3 * current);
   EXPECT_FALSE(readLoop({off}, model, 1e-6).integrators_settled);
+}
+
+/// That the weight takes at a bearing where the sensors show nothing.
+double heldCurrent(const Model& model, int end) {
+  const auto& z = model.rig.planes.amb;
+  return model.rig.rotor.mass_kg * 9.81 * z[1 - end] / (z[1 - end] - z[end]) / model.rig.amb.current_stiffness_N_per_A;
+}
+
+/// A third of a second of a rotor at rest that integrators hold, pushed by a current from 0.05 to 0.2 s, by one axis; and what the
+/// recording alone adds: an offset that drifts, and noise.
+Recording pushedAtRest(const Model& model, double offset_m, double drift_m) {
+  Recording rec = turning(3300);
+  rec.speed_rad_s = 0.0;
+  rec.standstill = true;
+  rec.noise.fill(3e-7);
+  const auto& rig = model.rig;
+  const double noise_A = rec.noise[axis_count] = rec.noise[5] = rec.noise[6] = rec.noise[7] = 5e-3;
+  for (int end = 0; end < 2; ++end) rec.integral_m_s[1 + 2 * end] = -heldCurrent(model, end) / rig.controller.ki_A_per_m_s;
+  rec.excitation.rate_hz = rec.run.sample_rate_hz;
+  rec.excitation.axis[1].assign(rec.samples, 0.0);
+  std::fill(rec.excitation.axis[1].begin() + 500, rec.excitation.axis[1].begin() + 2000, 0.2);
+  rec.measured = predictedBy(model, rec);
+  rec.integral_m_s = {};
+  std::mt19937 dice(7);
+  std::normal_distribution<double> normal;
+  for (long i = 0; i < rec.samples; ++i)
+    for (int a = 0; a < axis_count; ++a) {
+      rec.measured[i * predicted_channels + a] +=
+          offset_m + drift_m * static_cast<double>(i) / static_cast<double>(rec.samples) + rec.noise[a] * normal(dice);
+      rec.measured[i * predicted_channels + axis_count + a] += noise_A * normal(dice);
+    }
+  return rec;
+}
+
+TEST(LoopOffsets, NeitherADriftNorAPushIsTakenForAStart) {
+  const Model model = heavyRotor();
+  const Recording rec = pushedAtRest(model, 0.5e-6, 0.6e-6);
+  const double kp = model.rig.controller.kp_A_per_m, ki = model.rig.controller.ki_A_per_m_s;
+  const LawReading read = readLaw(rec, model, 1e-6);
+  // the offset is a mean of 500 instants, to twice the noise over their root
+  const double offset_std_m = std::sqrt(2.0) * rec.noise[0] / std::sqrt(500.0);
+  for (const int a : {1, 3})
+    EXPECT_NEAR(read.settled_integral_A[a], -heldCurrent(model, a / 2), 3.0 * kp * offset_std_m) << a;
+  EXPECT_GT(read.settled_gain, 1000.0);  // the weight's current is a thousand times the reading's deviation
+  // a slope alone, kp d/T, would be an offset of kp d/(ki T) and a start of kp times that
+  const double as_a_start_A = kp * kp * 0.6e-6 / (ki * rec.duration());
+  EXPECT_GT(as_a_start_A, 5.0 * kp * offset_std_m) << "there is nothing to tell apart";
 }
 
 TEST(LoopOffsets, ASettledIntegratorGoesIntoThePrediction) {
