@@ -5,6 +5,7 @@ passed for the floor; the law alone leaves 1.00. And a set of the independent pr
 """
 from __future__ import annotations
 
+import pytest
 import yaml
 
 from amb_rotor import _core
@@ -46,6 +47,7 @@ def test_a_law_that_bends_the_motion_far_is_found(tmp_path):
     assert unexplained["held_out_gain"] > 0.99
 
 
+@pytest.mark.long
 def test_a_shape_that_is_a_little_off_brings_in_no_other_quantity(tmp_path):
     """Dry friction is not quite v/|v|; what that leaves, a tenth of the error, a force that turns with the shaft takes in part."""
     dataset, _ = independent_set(13, 32, tmp_path)

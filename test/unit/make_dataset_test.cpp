@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "../support/long_tests.hpp"
 #include "amb_rotor/validation/compare.hpp"
 #include "amb_rotor/validation/make_dataset.hpp"
 #include "amb_rotor/validation/recording.hpp"
@@ -93,6 +94,7 @@ TEST_F(MakeDataset, whatIsDrawnIsNotInsistedOn) {
 
 /// The first rig that carries both is so much softer with the anisotropy that its currents stay below the limit.
 TEST_F(MakeDataset, ofAPairEachIsSeenBesideTheOther) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const MadeDataset made = makeDataset({700062, {"stiffness_anisotropy", "current_saturation"}, 0.0, false, folder("a"), {}});
   Model without_limit = made.truth;
   ASSERT_EQ(without_limit.effects.at(1).id, "current_saturation");

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../../src/validation/candidates.hpp"
+#include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
 
 namespace amb_rotor {
@@ -58,6 +59,7 @@ TEST_F(LengthenedWindows, ALookEndsBeforeTheyAreLongWhereHalfTheirLengthGainsNot
 }
 
 TEST_F(LengthenedWindows, AFitToAllRunsThatLeavesSomeAstrayGoesOnFromThere) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   // two thirds of the way: windows of 10 ms do not lead on from there
   EffectSetting near = truth;
   for (double& value : near.values) value *= 0.65;

@@ -79,7 +79,7 @@ def google_tests(build: pathlib.Path, results: pathlib.Path, selection: Selectio
                 name, "unit",
                 [str(executable), f"--gtest_filter={pattern}", f"--gtest_output=xml:{xml}"],
                 {"GTEST_TOTAL_SHARDS": str(shards), "GTEST_SHARD_INDEX": str(shard),
-                 "TEST_TMPDIR": f"{folder}/"},
+                 "TEST_TMPDIR": f"{folder}/", "AMB_ROTOR_LONG": "1" if selection.long else ""},
                 folder,
                 lambda status, output, xml=xml, name=name: _read_whole(xml, name, status, output)))
     return programs
