@@ -16,9 +16,6 @@ namespace {
 
 /// Share of the unexplained that a line of fixed frequency must hold to be named without a law.
 constexpr double least_line_share = 0.3;
-/// What is promised along the measured path, over what there is to take, beyond which the promise is idle and no plain law is foreseen.
-/// Plain laws that were found had promised 0.95 and 1.5 of it, pairs of effects up to 200.
-constexpr double too_much = 2.5;
 /// Where nothing is found.
 const char* const no_law =
     "no force at the bearings in position, velocity, spin speed, shaft angle, control current or time takes 5 % of the "
@@ -145,8 +142,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   const std::vector<ResidualRows>& residuals = parts_->residuals;
   const double before = parts_->before, count = parts_->count, excess = std::max(1.0, before - count);
   if (!parts_->begun) parts_->begun = search.begin(parts_->stood, parts_->local, before, count);
-  const LawSearch::AlongPath& along = parts_->begun->along;
-  if (effort == LawEffort::foreseen && !(along.foreseesPlain() && along.promised < too_much * excess)) return out;
+  if (effort == LawEffort::foreseen && !parts_->begun->along.foreseesPlain()) return out;
   const bool plain = effort != LawEffort::whole;
   const Hypothesis law = effort == LawEffort::foreseen ? search.plainAlongPath(*parts_->begun)
                          : plain                       ? search.plain(*parts_->begun)

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 constexpr double share_of_scale = step_without_contact;
 constexpr double angle_prior = 1e-6;     // weight that keeps the angle where nothing shows it
-constexpr double score_block_s = 0.05;
+constexpr double score_block_s = 0.2;
 /// Both sides use the same predictions and 1e5 rows: round-off of the sums, 1e-11 at most. A term of the
 /// elimination with the wrong sign changes what it explains by twice itself, and each test requires that to
 /// be seen.
