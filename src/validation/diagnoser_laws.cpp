@@ -47,7 +47,8 @@ bool Diagnoser::lawLeavesLess() {
     if (needsContact(effect.id)) return false;
   const bool most_by_one = !much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_);
   if (most_by_one && clean()) return false;
-  if (!law_ && hurried()) return false;
+  // the last word at a time limit: a stand-in that leaves much would hide what the unexplained depends on
+  if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
   if (!law_) law_ = lawBesideNone(most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }

@@ -12,6 +12,7 @@ from independent_sets import diagnosed_pair
 INDEX = 34  # of seed 16
 
 
+@pytest.mark.long
 @pytest.mark.timeout(600)
 def test_a_limit_that_one_run_to_fit_reaches_is_found(tmp_path):
     diagnosis, hidden = diagnosed_pair(16, INDEX, tmp_path, "sensor_gain_error", "current_saturation")
