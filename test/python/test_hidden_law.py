@@ -5,6 +5,8 @@ passed for the floor; the law alone leaves 1.00. And a set of the independent pr
 """
 from __future__ import annotations
 
+import time
+
 import pytest
 import yaml
 
@@ -55,3 +57,21 @@ def test_a_shape_that_is_a_little_off_brings_in_no_other_quantity(tmp_path):
     assert diagnosis["verdict"] == "unknown"
     assert diagnosis["unexplained"]["depends_on"] == ["velocity"]
     assert diagnosis["unexplained"]["held_out_gain"] > 0.9
+
+
+@pytest.mark.long
+def test_at_its_time_limit_a_search_asks_for_a_law_where_a_stand_in_leaves_much(tmp_path):
+    """A lag of the amplifiers stands in for friction; the limit comes while it is refitted."""
+    dataset, _ = independent_set(13, 32, tmp_path)
+    limit_s = 45.0
+
+    def until_the_limit(_share, what):
+        if what.startswith("refit with"):
+            time.sleep(limit_s)
+
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=["amplifier_lag"], most_steps=2, time_limit_s=limit_s,
+                                   progress=until_the_limit)
+    assert diagnosis["time_limit_reached"]
+    assert diagnosis["withdrawn"] == ["amplifier_lag"] and diagnosis["steps"] == []
+    assert diagnosis["verdict"] == "unknown"
+    assert diagnosis["unexplained"]["depends_on"] == ["velocity"]
