@@ -3,7 +3,6 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numeric>
 
@@ -13,45 +12,6 @@
 #include "amb_rotor/validation/stretches.hpp"
 
 namespace amb_rotor {
-
-namespace {
-
-/// A model that carries an effect may be next to its stability's limit with the believed numbers: its fit then begins far off. Those of
-/// a diagnosis begin near, and end after eight.
-constexpr int most_refit_iterations = 40;
-
-/// The first place, or, where the motion does not stay finite there, the one of least chi2 beside it: each belief by one and two of its
-/// deviations.
-Eigen::VectorXd finiteStart(const FitProblem& problem, const std::vector<int>& runs, const std::vector<LocalState>& local) {
-  EvaluationOptions alone;
-  alone.jacobian = false;
-  const auto chi2At = [&](const Eigen::VectorXd& x) {
-    std::vector<LocalState> trial = local;
-    const NormalEquations found = problem.evaluate(x, runs, trial, alone);
-    return found.finite ? found.chi2 : std::numeric_limits<double>::infinity();
-  };
-  const FitSpace& space = problem.space();
-  const Eigen::VectorXd start = space.clamped(space.start());
-  Eigen::VectorXd best = start;
-  double least = chi2At(start);
-  if (std::isfinite(least)) return start;
-  for (int k = 0; k < space.size(); ++k)
-    for (const double deviations : {-2.0, -1.0, 1.0, 2.0}) {
-      const Coordinate& coordinate = space.coordinates()[k];
-      if (!(coordinate.prior_std > 0.0)) continue;
-      Eigen::VectorXd x = start;
-      x[k] = coordinate.prior_mean + deviations * coordinate.prior_std;
-      x = space.clamped(x);
-      const double chi2 = chi2At(x) + deviations * deviations;
-      if (chi2 < least) {
-        least = chi2;
-        best = x;
-      }
-    }
-  return best;
-}
-
-}  // namespace
 
 Comparison compare(const Model& model, const Dataset& dataset, const CompareOptions& options) {
   std::unique_ptr<tbb::global_control> limit;
@@ -91,8 +51,8 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
     progress(0.1, "refitting the nuisance");
     FitOptions fit_options;
     fit_options.scores = true;
-    fit_options.most_iterations = most_refit_iterations;
-    if (!fit_free.empty()) fitted = fit(problem, finiteStart(problem, fit_free, local), fit_free, local, fit_options);
+    fit_options.most_iterations = most_iterations_from_belief;
+    if (!fit_free.empty()) fitted = fit(problem, startAtBelief(problem, fit_free, local), fit_free, local, fit_options);
     progress(0.4, "refitting through contact");
     if (fit_all.size() > fit_free.size()) fitted = fit(problem, fitted.x, fit_all, local, fit_options);
   }

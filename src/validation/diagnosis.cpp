@@ -45,7 +45,7 @@ void Diagnoser::referWithoutContact(const Trial& free, const Trial& all) {
 void Diagnoser::baseline(Diagnosis& out) {
   progress(0.0, "baseline");
   const std::vector<LocalState> fresh(candidates_.recordings().size());
-  const Trial free = candidates_.fit({}, nullptr, fresh, {Through::free, 10});
+  const Trial free = candidates_.fit({}, nullptr, fresh, {Through::free, most_iterations_from_belief});
   progress(0.05, "baseline through contact");
   referWithoutContact(free, free);
   candidates_.referThroughContact(references_);

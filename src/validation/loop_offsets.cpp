@@ -28,8 +28,8 @@ constexpr double hann_variance = 1.5;
 /// Variance of a displacement's mean by what noise in the loop, a third of the sensors', moves the rotor, over that of the noise, times the
 /// number of instants.
 constexpr double wander_variance = 0.5;
-/// Instants of a tenth from which means of tenths tell more.
-constexpr long least_part = 100;
+/// Instants before an excitation from which their means are read: Hann's weights of one instant alone have no mean of 1.
+constexpr long least_quiet = 10;
 /// What delay and lag of currents may be beside the believed ones, and half the time that a current's rate is taken over.
 constexpr double lateness_std_s = 2e-4, rate_reach_s = 1e-3;
 /// Offset that the response is taken at, and drift over the run [m].
@@ -37,10 +37,12 @@ constexpr double probe_m = 1e-6;
 /// Stated deviations up to which offsets go into the lanes themselves.
 constexpr double most_in_lanes = 4.0;
 
-bool isExcited(const Recording& rec) {
-  return std::any_of(std::begin(rec.excitation.axis), std::end(rec.excitation.axis), [](const std::vector<double>& axis) {
-    return std::any_of(axis.begin(), axis.end(), [](double value) { return value != 0.0; });
-  });
+/// The first instant of an excitation; the number of samples: there is none.
+long firstExcited(const Recording& rec) {
+  long first = rec.samples;
+  for (const auto& axis : rec.excitation.axis)
+    if (!axis.empty()) first = std::min<long>(first, std::find_if(axis.begin(), axis.end(), [](double i) { return i != 0.0; }) - axis.begin());
+  return first;
 }
 
 /// Of mean 1 over so many instants.
@@ -48,43 +50,20 @@ double hannWeight(long instant, long instants) {
   return 1.0 - std::cos(two_pi * (static_cast<double>(instant) + 0.5) / static_cast<double>(instants));
 }
 
-/// From the start, before an excitation or an event; 0: a turning rotor does not turn often enough in them.
+/// From the start, before an excitation or an event; 0: they are few, or a turning rotor does not turn often enough in them.
 long quietSamples(const Recording& rec) {
-  long samples = rec.samples;
-  for (const auto& axis : rec.excitation.axis)
-    samples = std::min<long>(samples, std::find_if(axis.begin(), axis.end(), [](double value) { return value != 0.0; }) - axis.begin() +
-                                          (axis.empty() ? rec.samples : 0));
+  long samples = firstExcited(rec);
   for (const auto& event : rec.run.events) samples = std::min(samples, std::lround(event.time_s * rec.run.sample_rate_hz));
-  const double turns = rec.standstill ? 0.0 : std::fabs(rec.startingSpeed()) / two_pi * static_cast<double>(samples) / rec.run.sample_rate_hz;
-  return samples > 0 && (rec.standstill || turns >= ripple_turns) ? samples : 0;
+  const double turns = std::fabs(rec.startingSpeed()) / two_pi * static_cast<double>(samples) / rec.run.sample_rate_hz;
+  return samples >= least_quiet && (rec.standstill || turns >= ripple_turns) ? samples : 0;
 }
 
 /// Of a channel over its first so many instants, weighted by Hann's window.
-double quietMean(const Recording& rec, int channel, long quiet, long first = 0) {
+double quietMean(const Recording& rec, int channel, long quiet) {
   double mean = 0.0;
   for (long i = 0; i < quiet; ++i)
-    mean += rec.measured[static_cast<std::size_t>(first + i) * predicted_channels + channel] * hannWeight(i, quiet);
+    mean += rec.measured[static_cast<std::size_t>(i) * predicted_channels + channel] * hannWeight(i, quiet);
   return mean / static_cast<double>(quiet);
-}
-
-/// Of a displacement's mean: by the noise, and where the instants are many by the means of tenths about their line. A rotor near its
-/// stability's limit wanders by itself.
-double quietVariance(const Recording& rec, int axis, long quiet) {
-  const double by_noise = (hann_variance + wander_variance) * rec.noise[axis] * rec.noise[axis] / static_cast<double>(quiet);
-  constexpr int parts = 10;
-  const double turns = std::fabs(rec.startingSpeed()) / two_pi * static_cast<double>(quiet) / rec.run.sample_rate_hz;
-  const long length = quiet / parts;
-  if (length < least_part || (!rec.standstill && turns < ripple_turns * parts)) return by_noise;
-  double sum = 0.0, sum_k = 0.0, squares = 0.0;
-  for (int k = 0; k < parts; ++k) {
-    const double mean = quietMean(rec, axis, length, k * length), at = k - 0.5 * (parts - 1);
-    sum += mean;
-    sum_k += mean * at;
-    squares += mean * mean;
-  }
-  constexpr double spread = parts * (parts * parts - 1.0) / 12.0;  // sum of the squares of `at`
-  const double left = squares - sum * sum / parts - sum_k * sum_k / spread;
-  return std::max(by_noise, left / (parts - 2.0) / parts);
 }
 
 double medianOf(std::vector<double> values) {
@@ -142,22 +121,15 @@ LawReading readLaw(const Recording& rec, const Model& belief, double offset_std_
     if (!(offset_std_m > 0.0)) continue;
     products(3, 3) += variance / (offset_std_m * offset_std_m);
     const double begun_at_zero = along.tail<3>().dot(Ldlt(products.bottomRightCorner<3, 3>()).solve(along.tail<3>()));
-    double misfit = 0.0;
-    const auto alsoShows = [&](const Eigen::Vector4d& terms, double value, double value_variance) {
-      products += variance / value_variance * terms * terms.transpose();
-      along += variance / value_variance * value * terms;
-      misfit += variance / value_variance * value * value;
-    };
-    if (quiet > 0)
-      alsoShows({0.0, 1.0, 0.0, 0.5 * static_cast<double>(quiet) / static_cast<double>(rec.samples)}, quietMean(rec, a, quiet),
-                quietVariance(rec, a, quiet));
-    if (quiet > 0 && rec.standstill)  // of a turning rotor the integrators begin with a ripple beside that
-      alsoShows({1.0, 0.0, 0.0, 0.0}, quietMean(rec, axis_count + a, quiet),
-                hann_variance * std::pow(rec.noise[axis_count + a], 2) / static_cast<double>(quiet) +
-                    std::pow(kp * rec.noise[a], 2) * wander_variance / static_cast<double>(quiet));
+    // what a settled integrator leaves in the mean displacement is the offset, o + d u in the middle of the quiet instants
+    const Eigen::Vector4d shown(0.0, 1.0, 0.0, 0.5 * static_cast<double>(quiet) / static_cast<double>(rec.samples));
+    const double mean = quiet > 0 ? quietMean(rec, a, quiet) : 0.0;
+    const double weight = variance * static_cast<double>(quiet) / ((hann_variance + wander_variance) * rec.noise[a] * rec.noise[a]);
+    products += weight * shown * shown.transpose();
+    along += weight * mean * shown;
     const Eigen::Vector4d settled = Ldlt(products).solve(along);
     out.settled_integral_A[a] = -settled[0];
-    out.settled_gain += quiet > 0 ? (along.dot(settled) - misfit - begun_at_zero) / variance : 0.0;
+    if (quiet > 0) out.settled_gain += (along.dot(settled) - weight * mean * mean - begun_at_zero) / variance;
   }
   return out;
 }
@@ -166,23 +138,21 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
   LoopReading out;
   if (!hasPlainPid(belief)) return out;
   const double kp = belief.rig.controller.kp_A_per_m, ki = belief.rig.controller.ki_A_per_m_s;
-  std::vector<double> offsets, integrals;
+  struct Of {
+    std::vector<double> offsets, integrals;
+  } excited, other;
   double settled_gain = 0.0;
-  for (const Recording& rec : recordings)
-    if (!rec.holdsContact() && rec.samples > 1 && ki > 0.0) {
-      const LawReading reading = readLaw(rec, belief, offset_std_m);
-      if (reading.offset_m.allFinite()) settled_gain += reading.settled_gain;
-    }
-  for (const bool excited : {false, true}) {  // excited runs where there are no others
-    for (const Recording& rec : recordings) {
-      if (rec.holdsContact() || rec.samples < 2 || !rec.run.events.empty() || isExcited(rec) != excited) continue;
-      const LawReading reading = readLaw(rec, belief, offset_std_m);
-      if (!reading.offset_m.allFinite()) continue;
-      for (const double offset : reading.offset_m) offsets.push_back(std::fabs(offset));
-      integrals.push_back(reading.integral_A.cwiseAbs().maxCoeff());
-    }
-    if (!offsets.empty()) break;
+  for (const Recording& rec : recordings) {
+    if (rec.holdsContact() || rec.samples < 2) continue;
+    const LawReading reading = readLaw(rec, belief, offset_std_m);
+    if (!reading.offset_m.allFinite()) continue;
+    settled_gain += reading.settled_gain;
+    if (!rec.run.events.empty()) continue;
+    Of& of = firstExcited(rec) < rec.samples ? excited : other;
+    for (const double offset : reading.offset_m) of.offsets.push_back(std::fabs(offset));
+    of.integrals.push_back(reading.integral_A.cwiseAbs().maxCoeff());
   }
+  const auto& [offsets, integrals] = other.offsets.empty() ? excited : other;
   if (offsets.empty()) return out;
   const bool in_loop = medianOf(offsets) < next_to_none * offset_std_m;
   out.integrators_settled = in_loop ? ki > 0.0 && medianOf(integrals) > held_in_loop * kp * offset_std_m : settled_gain > 0.0;

@@ -77,6 +77,11 @@ TEST(CompareTest, ALoopThatIsNotStableWithTheBelievedNumbersIsLedToStability) {
   const Comparison out = compare(weak, set.dataset);
   EXPECT_NEAR(out.model.rig.amb.current_stiffness_N_per_A, amb.current_stiffness_N_per_A, 0.01 * amb.current_stiffness_N_per_A);
   for (const auto& run : out.runs) EXPECT_NEAR(run.error, set.made.floor.at(run.id), 0.06) << run.id;  // as above
+  DiagnosisOptions options;
+  options.candidates = {"static_load"};
+  const Diagnosis beside = diagnose(weak, set.dataset, options);
+  EXPECT_EQ(beside.verdict, "none");
+  EXPECT_NEAR(beside.baseline.validation_error_free, out.validation_errors.error_free, 0.01);
 }
 
 /// Fits the belief to a set and searches its residual.

@@ -23,7 +23,7 @@ struct LawReading {
   Eigen::Vector4d offset_m = Eigen::Vector4d::Zero();    ///< that lies in the recording alone
   Eigen::Vector4d integral_A = Eigen::Vector4d::Zero();  ///< ki I(0); 0 without integrator
   /// Integrators that have settled hold the signals' mean at 0: until an excitation or event, what is left in the displacements is their
-  /// offset, and the mean current of a standing rotor -ki I(0). ki I(0) with this, the offsets' drifts free.
+  /// offset. ki I(0) with this, the offsets' drifts free.
   Eigen::Vector4d settled_integral_A = Eigen::Vector4d::Zero();
   double settled_gain = 0.0;  ///< by how much less it leaves, as chi2 of all axes, than integrators that begin at 0
 };
