@@ -124,6 +124,7 @@ _PLAIN = (
     _along("current_cube_N_per_A3", "N/A3", "|i|^2 i", "large excitation", "(ix^2 + iy^2)", "i.dot(i)", _CURRENT, "i"),
     Term("current_axes_cube_N_per_A3", "N/A3", "(ix^3, iy^3)", "large excitation", "ix^3", "iy^3", "i.x * i.x * i.x",
          "i.y * i.y * i.y"),
+    Term("current_axes_square_N_per_A2", "N/A2", "(ix^2, iy^2)", "large excitation", "ix^2", "iy^2", "i.x * i.x", "i.y * i.y"),
     Term("current_axes_sign_N", "N", "(ix/|ix|, iy/|iy|), rounded off below 50 mA", "excitation", "tanh(20 * ix)", "tanh(20 * iy)",
          "hyperbolicTangent(S(20.0) * i.x)", "hyperbolicTangent(S(20.0) * i.y)"),
     *_axes("drift", "N_per_s", "time", _LONG, "time", "S(shaft.time)"),

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/starts.hpp"
 #include "candidates.hpp"
 #include "foreseen.hpp"
@@ -53,8 +54,9 @@ constexpr double from_afar = 2.0, not_in_sight = 1.5;
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
 /// Evidence of a leader that leaves nothing from which on candidates out of its reach are not fitted to their end.
 constexpr double beyond_doubt = 1000.0;
-/// Mean square over the noise without contact above which contact waits for a leader beyond doubt.
-constexpr double plainly_off = 1.03;
+/// Mean square over the noise without contact above which contact waits for a leader beyond doubt; and that above which none is near
+/// that takes less than such a share of what is above the noise: a right effect's first look takes most of it.
+constexpr double plainly_off = 1.03, structured_square = 1.25, near_enough = 0.25;
 /// Iterations at each length of the windows, where a first look has ended astray.
 constexpr int lengthening_iterations = 5, finishing_iterations = 12;
 /// Rounds to its end of one that takes most there, while each lowers chi2 by such a share: what is found to leave nothing spares the
@@ -147,9 +149,14 @@ bool Leaders::beyondContact(const References& references) const {
   return mostThroughContact(references) < (free_settled ? 1.0 : in_reach) * free;
 }
 
+bool Leaders::noneNear(const References& references) const {
+  const FitResult& fit = references.free.fit;
+  return fit.squares > structured_square * fit.count && free < near_enough / least_excess_share * references.worth;
+}
+
 bool Leaders::waits(const References& references) const {
   const FitResult& fit = references.free.fit;
-  return contact_waits && free > beyond_doubt && (explains_contact || fit.squares > plainly_off * fit.count);
+  return contact_waits && (noneNear(references) || (free > beyond_doubt && (explains_contact || fit.squares > plainly_off * fit.count)));
 }
 
 void Leaders::add(const Trial& trial, const References& references) {

@@ -4,7 +4,7 @@
 
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/machine/machine.hpp"
-#include "candidates.hpp"
+#include "candidate_hills.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -120,6 +120,11 @@ Trial Candidates::approach(const Settings& effects, const Trial& start, const Qu
   for (EffectSetting& other : awayFromLimits(*near.space, near.fit.x, away.back())) {
     away.back() = std::move(other);
     tryFrom(away, nuisance);
+  }
+  Settings elsewhere = near.effects();
+  for (EffectSetting& other : actingAlike(elsewhere.back(), belief_, recordings_)) {
+    elsewhere.back() = std::move(other);
+    tryFrom(elsewhere, nuisance);
   }
   return near;
 }

@@ -231,6 +231,7 @@ References Candidates::referencesWithoutContact(const Trial& free, const Trial& 
 void Candidates::referThroughContact(References& references) {
   if (!haveContact()) return;
   const Trial all = references.contact;
+  references.through_contact = true;
   const Eigen::VectorXd own = all.nuisance();
   references.contact = fit(all.effects(), &own, all.local, {Through::contact, 6}, &references.prior);
   const Eigen::VectorXd at = references.contact.nuisance();

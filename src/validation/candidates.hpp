@@ -43,6 +43,7 @@ bool isNested(const std::string& effect);
 /// What candidates are measured against: the model without them, through the runs that count for them.
 struct References {
   Trial free, contact, sparse;  ///< sparse: `contact` at the windows of a first look
+  bool through_contact = false;  ///< the latter two are fitted; else they stand for its unknowns alone
   QuadraticPrior prior;         ///< what the free runs say of the nuisance, for fits to the runs with contact alone
   std::shared_ptr<const StartScreen> screen;  ///< about `free`
   double worth = 0.0;  ///< evidence that an effect must have to be adopted for what it does without contact, about
@@ -73,7 +74,9 @@ struct Leaders {
   /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
   /// it, the next step tells.
   bool beyondContact(const References& references) const;
-  /// Whether candidates through contact wait for the leader.
+  /// Whether without contact all that were looked at leave nearly all of what is plainly there.
+  bool noneNear(const References& references) const;
+  /// Whether candidates through contact wait: for the leader, or for a law where none is near.
   bool waits(const References& references) const;
   /// Whether candidates through contact need one look only.
   bool settles(const References& references) const { return through_contact || beyondContact(references); }
@@ -148,6 +151,9 @@ class Candidates {
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
   /// Near to the end of a fit through contact, with few unknowns and some of the windows, from where a look ended.
   Trial approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const;
+  /// A fit through the runs without contact with a bending mode among its effects, at the frequency where that does best: see
+  /// candidate_hills.cpp. Any other as it is.
+  Trial onHighestHill(Trial trial, int iterations) const;
   /// Fitted anew over windows through contact that are short at first and grow to their usual length: the longer a window, the
   /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
   /// @param against  a reference at the same windows; where half the length does not come well below it, `from` is returned

@@ -31,6 +31,7 @@ class Diagnoser {
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
   bool promises(const Trial& trial) const;
+  Trial jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
@@ -40,6 +41,7 @@ class Diagnoser {
   void lookAgain(Diagnosis& out) const;
   bool clean() const;
   bool hurried() const { return candidates_.limit().isUp(); }
+  bool throughAll() const { return joined_ && candidates_.haveContact(); }  ///< whether the model is fitted through contact, too
   bool strained() const;
   bool structured() const;
   bool isLeftOpen(Diagnosis& out) const;
@@ -61,8 +63,10 @@ class Diagnoser {
   std::optional<UnexplainedSearch> search_;  ///< beside it
   std::optional<Unexplained> law_;           ///< what that has found
   Trial joint_;             ///< the model as it stands, fitted to all runs
+  bool joined_ = true;      ///< those with contact are among them
   CandidateErrors errors_;  ///< its
   bool contact_waited_ = false;  ///< in the last screening
+  bool none_near_ = false;       ///< the same
 };
 
 }  // namespace amb_rotor

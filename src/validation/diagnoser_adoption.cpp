@@ -22,6 +22,8 @@ constexpr int most_refits = 3;
 /// Evidence foreseen beside a model below that from which on an effect is looked at all the same.
 constexpr double worth_a_look = 300.0;
 
+bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.id); }
+
 }  // namespace
 
 bool Diagnoser::earns(const Trial& trial) const {
@@ -35,32 +37,41 @@ bool Diagnoser::promises(const Trial& trial) const {
          !isAstray(trial);
 }
 
-/// Everything refitted to all runs, with robust standard deviations; the model as it stands from then on.
+/// The model fitted from there, with robust standard deviations; of equivalent unbalances the likeliest.
+Trial Diagnoser::jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const {
+  Trial out = candidates_.fit(from, &own, local, {through, iterations, true});
+  from = out.effects();
+  own = out.nuisance();
+  if (moveToLikeliestUnbalance(candidates_.belief(), *out.space, from, own)) {
+    Trial more = candidates_.fit(from, &own, out.local, {through, iterations, true});
+    if (more.fit.finite && more.fit.chi2 < out.fit.chi2) out = std::move(more);
+  }
+  return out;
+}
+
+/// Everything refitted to all runs; the model as it stands from then on. Runs with contact wait while an effect that shows without
+/// leaves structure there: their windows would go astray for that, and fits to them take the longest.
 void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& out) {
-  Eigen::VectorXd own = start.nuisance();
+  Trial near = start;
   Settings from = effects;
-  std::vector<LocalState> local = start.local;
+  int iterations = joint_iterations;
+  joined_ = true;
   if (needsContact(effects.back().id)) {
-    Trial near = candidates_.approach(effects, start, references_.prior);
-    own = near.nuisance();
+    near = candidates_.approach(effects, start, references_.prior);
     from = near.effects();
-    local = std::move(near.local);
+  } else {
+    near = candidates_.onHighestHill(jointly(effects, start.nuisance(), start.local, Through::free, joint_iterations), joint_iterations);
+    from = near.effects();
+    iterations = joint_iterations_behind_free;
+    const bool structure = candidates_.judge(near, false, Judging::anew).validation_error_free > structured_error;
+    joined_ = !candidates_.haveContact() || !structure || std::any_of(from.begin(), from.end(), isThroughContact);
   }
-  const bool all = candidates_.haveContact();
-  const int iterations = all && !needsContact(effects.back().id) ? joint_iterations_behind_free : joint_iterations;
-  joint_ = candidates_.fit(from, &own, local, {all ? Through::all : Through::free, iterations, true});
-  Settings likelier = joint_.effects();
-  Eigen::VectorXd there = joint_.nuisance();
-  if (moveToLikeliestUnbalance(candidates_.belief(), *joint_.space, likelier, there)) {
-    Trial more = candidates_.fit(likelier, &there, joint_.local,
-                                 {all ? Through::all : Through::free, iterations, true});
-    if (more.fit.finite && more.fit.chi2 < joint_.fit.chi2) joint_ = std::move(more);
-  }
+  joint_ = throughAll() ? jointly(from, near.nuisance(), near.local, Through::all, iterations) : std::move(near);
   // while the runs without contact lack something, windows through contact go astray for that
-  if (candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
+  if (throughAll() && candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
     joint_ = candidates_.settled(std::move(joint_), iterations);
-  errors_ = candidates_.judge(joint_, true, Judging::anew);
-  if (std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); })) {
+  errors_ = candidates_.judge(joint_, true, joined_ ? Judging::anew : Judging::glance);
+  if (std::any_of(effects.begin(), effects.end(), isThroughContact)) {
     const Eigen::VectorXd stood = joint_.fit.x;
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
     if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, Judging::anew);
@@ -77,7 +88,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
 /// What the next candidates are measured against without contact.
 void Diagnoser::refer() {
   const Eigen::VectorXd own = joint_.nuisance();
-  const Trial free = candidates_.haveContact() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
+  const Trial free = throughAll() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
   referWithoutContact(free, joint_);
 }
 
@@ -114,7 +125,7 @@ bool Diagnoser::withdraw(Diagnosis& out) {
   for (std::size_t i = 0; i + 1 < adopted_.size(); ++i) {
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
-    const bool all = candidates_.haveContact();
+    const bool all = throughAll();
     if (all && !needsContact(adopted_[i].id) && keepsItsPlace(rest)) continue;
     const Eigen::VectorXd own = joint_.nuisance();
     Trial without = candidates_.fit(rest, &own, joint_.local, {all ? Through::all : Through::free, 6});
@@ -161,6 +172,7 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
 /// rest where it was, may be worth less than it promised. Null: none does.
 const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out) {
   const Trial stood = joint_;
+  const bool stood_joined = joined_;
   const CandidateErrors before = errors_;
   const Settings had = adopted_;
   Candidate beside;
@@ -179,6 +191,7 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
       return &t;
     }
     joint_ = stood;
+    joined_ = stood_joined;
     errors_ = before;
     adopted_ = had;
     out.steps = steps;

@@ -12,6 +12,8 @@ constexpr double law_share = 0.8, doubtful_law_share = 0.5;
 constexpr double settled_error = 1.02;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
+/// The same of a line of fixed frequency, of which the rotor's answer to its begin is no part.
+constexpr double plain_line = 0.8;
 
 }  // namespace
 
@@ -25,31 +27,30 @@ Unexplained Diagnoser::lawBesideNone(LawEffort effort) {
 }
 
 /// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
-/// where no effect earned its place, none that shows in contact only and no pair.
+/// where no effect earned its place, none that shows in contact only and no pair. Beside one that takes most a second is likelier,
+/// and sought first.
 bool Diagnoser::lawIsPlain(double share) {
-  const bool little = adopted_.empty() || !leavesMoreThanDetails(begun_, errors_);
-  if (errors_.validation_error_free < structured_error && little) return false;
+  if (adopted_.empty() ? errors_.validation_error_free < structured_error : !leavesMoreThanDetails(begun_, errors_)) return false;
   if (hurried() || (!adopted_.empty() && needsContact(adopted_.back().id))) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
-  if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
+  if (law.held_out_gain < (law.terms.empty() ? plain_line : plain_gain)) return false;
   law_ = std::move(law);
   return true;
 }
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
-/// little, it must be far less, and plain: laws of several terms bend, too.
+/// little, it must be far less, and plain: laws of several terms bend, too. So must it at the time limit: others take minutes.
 bool Diagnoser::lawLeavesLess() {
   const bool much = errors_.validation_error_free > structured_error;
   if (errors_.validation_error_free < settled_error) return false;
   // the law is sought in runs without contact: it stands for no effect that shows in contact
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;
-  const bool most_by_one = !much && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_);
-  if (most_by_one && clean()) return false;
+  if (!much && clean() && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_)) return false;
   // the last word at a time limit: a stand-in that leaves much would hide what the unexplained depends on
   if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
-  if (!law_) law_ = lawBesideNone(most_by_one || clean() ? LawEffort::plain : LawEffort::whole);
+  if (!law_) law_ = lawBesideNone(much && !hurried() ? LawEffort::whole : LawEffort::plain);
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 
@@ -58,6 +59,7 @@ void Diagnoser::standBy(Diagnosis& out) {
   preferLaw(out, *law_);
   adopted_.clear();
   joint_ = first_;
+  joined_ = true;
   errors_ = out.baseline;
 }
 

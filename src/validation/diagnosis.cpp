@@ -64,9 +64,13 @@ void Diagnoser::baseline(Diagnosis& out) {
 }
 
 std::vector<Trial> Diagnoser::screen(double from, double to, bool contact_may_wait) {
-  Screening out = amb_rotor::screen(candidates_, names_, {adopted_, references_, errors_, !adopted_.empty()}, contact_may_wait,
-                                    [&](double share, const std::string& what) { progress(from + share * (to - from), what); });
+  const bool beside = !adopted_.empty();
+  const Standing standing = {adopted_, references_, errors_, beside, beside && leavesMoreThanDetails(begun_, errors_)};
+  Screening out = amb_rotor::screen(candidates_, names_, standing, contact_may_wait, [&](double share, const std::string& what) {
+    progress(from + share * (to - from), what);
+  });
   contact_waited_ = out.contact_waited;
+  none_near_ = out.none_near;
   return std::move(out.trials);
 }
 
@@ -129,7 +133,7 @@ Diagnosis Diagnoser::run() {
   for (int step = 0; step < options_.most_steps && !(step > 0 && hurried()); ++step) {
     if (step > 0 && !referred) {
       refer();
-      candidates_.referThroughContact(references_);
+      if (joined_) candidates_.referThroughContact(references_);
     }
     referred = false;
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
@@ -138,7 +142,7 @@ Diagnosis Diagnoser::run() {
       rank(trials, out);
       names_ = likeliestFirst(names_, trials);
     }
-    const Trial* chosen = adoptBest(trials, to, out);
+    const Trial* chosen = none_near_ ? nullptr : adoptBest(trials, to, out);
     const bool plain_law = chosen == nullptr && step == 0 && lawIsPlain(to);
     const double least = (plain_law ? as_good : adopted_.empty() ? 0.0 : beside_others) * references_.most();
     if (plain_law && !adoptPair(trials, to, least, out)) break;
@@ -169,7 +173,7 @@ Diagnosis Diagnoser::run() {
     } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {
       break;
     }
-    if (step > 0 && lawLeavesLess()) break;  // a third would only bend further
+    if (step > 0 && lawIsPlain(to)) break;  // a third would only bend further
   }
   const bool stand_by = !out.steps.empty() && lawLeavesLess();
   if (stand_by) standBy(out);

@@ -17,6 +17,8 @@ namespace amb_rotor {
 
 /// A further term must take this share of what is above the noise; laws this close to each other count as equal.
 constexpr double least_term_share = 0.05, equal_share = 0.01;
+/// What the rotor answers to noise in its loop leaves above the noise, as a share of that: no term takes it.
+constexpr double loop_floor = 0.015;
 /// Share of what any three terms explain along the measured path that one set of quantities must explain to foresee a plain law.
 constexpr double plain_by_one_set = 0.88;
 
@@ -44,7 +46,7 @@ class LawSearch {
     double count, least, tie;
     Stakes(double before, double residuals)
         : count(residuals), least(least_term_share * std::max(1.0, before - residuals)), tie(least * equal_share / least_term_share) {}
-    bool nothingLeft(double chi2) const { return chi2 - count < least; }
+    bool nothingLeft(double chi2) const { return chi2 - (1.0 + loop_floor) * count < least; }
   };
   /// Laws by the forces along the measured path, not fitted yet, and by how much the best lowers chi2 there.
   struct AlongPath {

@@ -50,7 +50,7 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
     if (contact && stride > 1) scaleToAllWindows(t.errors, standing.errors.validation_error_contact, sampledError());
     // the runs that this candidate was not fitted on count as the reference left them
     const FitResult& other = contact ? references.free.fit : references.contact.fit;
-    if (candidates.haveContact())
+    if (candidates.haveContact() && references.through_contact)
       t.errors.fit_error =
           std::sqrt((t.stride * t.fit.squares + other.squares) / (t.stride * t.fit.count + other.count));
   }
@@ -110,9 +110,9 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
   return names;
 }
 
-Screening screen(const Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,
+Screening screen(Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,
                  bool contact_may_wait, const std::function<void(double, const std::string&)>& progress) {
-  const References& references = standing.references;
+  References& references = standing.references;
   Screening out;
   std::vector<Trial>& trials = out.trials;
   Leaders leaders;
@@ -136,6 +136,12 @@ Screening screen(const Candidates& candidates, const std::vector<std::string>& n
     leaders.add(trials.back(), references);
     if (leaders.free > before) leader = trials.size() - 1;
   }
+  if (standing.stand_in && leaders.noneNear(references)) {  // fits of wrong ones beside wrong ones take the longest
+    out.none_near = true;
+    std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; });
+    return out;
+  }
+  if (!contact.empty() && !references.through_contact && !leaders.waits(references)) candidates.referThroughContact(references);
   if (candidates.haveContact() && !contact.empty() && contact_may_wait && leaders.free_settled && !leaders.waits(references))
     leaders.explains_contact = candidates.explainsContact(trials[leader], references);
   progress(each * trials.size(), "a glance at each through contact");

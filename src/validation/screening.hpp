@@ -11,14 +11,16 @@ namespace amb_rotor {
 /// What candidates are beside.
 struct Standing {
   const Settings& adopted;
-  const References& references;
+  References& references;  ///< through contact they are made when they are asked for
   const CandidateErrors& errors;  ///< on the runs to validate
   bool ranked;                    ///< all candidates have been valued once: what is far behind is not looked at again
+  bool stand_in;                  ///< what is adopted leaves more than a right effect would
 };
 
 struct Screening {
   std::vector<Trial> trials;    ///< the most evidence first
   bool contact_waited = false;  ///< candidates through contact were not looked at, for one beyond doubt without
+  bool none_near = false;       ///< beside a stand-in no look without contact takes much: none was followed, nor judged
 };
 
 /// Those that take long to predict come last, when it is known whether they may still lead, and before them those through contact.
@@ -35,7 +37,7 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
 ///                          may bring into another; what comes late and can no longer lead costs less
 /// @param contact_may_wait  whether candidates through contact wait for one that is beyond doubt without
 /// @param progress          a share of the step, and what is looked at
-Screening screen(const Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,
+Screening screen(Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,
                  bool contact_may_wait, const std::function<void(double, const std::string&)>& progress);
 
 }  // namespace amb_rotor

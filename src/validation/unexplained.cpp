@@ -14,8 +14,8 @@
 namespace amb_rotor {
 namespace {
 
-/// Share of the unexplained that a line of fixed frequency must hold to be named without a law.
-constexpr double least_line_share = 0.3;
+/// Share of the unexplained that a line of fixed frequency must hold to be named without a law; and to be sought for no further.
+constexpr double least_line_share = 0.3, plain_line_share = 0.8;
 /// Where nothing is found.
 const char* const no_law =
     "no force at the bearings in position, velocity, spin speed, shaft angle, control current or time takes 5 % of the "
@@ -94,7 +94,7 @@ void describe(const LawSearch& search, const Hypothesis& law, double level, Unex
 
 struct UnexplainedSearch::Parts {
   std::vector<LocalState> local;
-  std::vector<ResidualRows> residuals;
+  std::vector<ResidualRows> residuals, held_out;  ///< of the runs to fit, and of those to validate
   CommonLine line;
   LawSearch search;
   Eigen::VectorXd stood;  ///< the model as it stands, in the search's space
@@ -105,11 +105,30 @@ struct UnexplainedSearch::Parts {
         const std::vector<LocalState>& own, const std::vector<int>& free, double offset_std_m)
       : local(own),
         residuals(residualsOf(recordings, space.model(x), free, local, offset_std_m)),
+        held_out(ofHeldOut(recordings, space.model(x), local, offset_std_m)),
         line(commonLine(residuals)),
         search(recordings, space.model(believed(space, x)), space.fitted(), line.frequency_hz, offset_std_m),
         stood(search.space().start()) {
     stood.head(x.size()) = x;
     before = search.chi2(stood, search.fitted(), local, &count);
+  }
+  /// The unknowns of the runs to validate stay as they are: a law may lead such a run into another motion.
+  static std::vector<ResidualRows> ofHeldOut(const std::vector<Recording>& recordings, const Model& model, std::vector<LocalState> local,
+                                             double offset_std_m) {
+    std::vector<int> held_out;
+    for (int i = 0; i < static_cast<int>(recordings.size()); ++i)
+      if (!recordings[i].holdsContact() && recordings[i].run.use != RunUse::fit) held_out.push_back(i);
+    return residualsOf(recordings, model, held_out, local, offset_std_m);
+  }
+  /// Of what is above the noise, the line's share.
+  double shareOfLine(const std::vector<ResidualRows>& runs) const {
+    double squares = 0.0, numbers = 0.0;
+    for (const auto& run : runs)
+      for (const auto& row : run.channels) {
+        for (const double r : row) squares += r * r;
+        numbers += static_cast<double>(row.size());
+      }
+    return line.frequency_hz > 0.0 ? squaresOfLine(runs, line.frequency_hz) / std::max(1.0, squares - numbers) : 0.0;
   }
   /// The law's terms are new unknowns, from zero, beside the nuisance with its own prior and what was adopted.
   static Eigen::VectorXd believed(const FitSpace& space, const Eigen::VectorXd& x) {
@@ -139,21 +158,22 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   }
   LawSearch& search = parts_->search;
   const CommonLine& line = parts_->line;
-  const std::vector<ResidualRows>& residuals = parts_->residuals;
   const double before = parts_->before, count = parts_->count, excess = std::max(1.0, before - count);
+  const double line_share = parts_->shareOfLine(parts_->residuals);
   if (!parts_->begun) parts_->begun = search.begin(parts_->stood, parts_->local, before, count);
-  if (effort == LawEffort::foreseen && !parts_->begun->along.foreseesPlain()) return out;
+  const bool own_phases = line_share > plain_line_share && parts_->begun->along.promised < 0.5 * line_share * excess;
+  if (effort == LawEffort::foreseen && line_share < plain_line_share && !parts_->begun->along.foreseesPlain()) return out;
   const bool plain = effort != LawEffort::whole;
-  const Hypothesis law = effort == LawEffort::foreseen ? search.plainAlongPath(*parts_->begun)
+  const Hypothesis law = own_phases                    ? parts_->begun->without
+                         : effort == LawEffort::foreseen ? search.plainAlongPath(*parts_->begun)
                          : plain                       ? search.plain(*parts_->begun)
                                                        : search.best(*parts_->begun);
   const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
-  if (plain && (law.terms.empty() || std::any_of(law.terms.begin(), law.terms.end(), inCatalogue))) return out;
+  const bool none = law.terms.empty() || (plain && std::any_of(law.terms.begin(), law.terms.end(), inCatalogue));
+  if (plain && none && line_share < plain_line_share) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
   const std::vector<int>& terms = law.terms;
-  const double line_share =
-      line.frequency_hz > 0.0 ? squaresOfLine(residuals, line.frequency_hz) / excess : 0.0;
-  if (terms.empty() || (before - reached < 0.5 * line_share * excess && line_share > least_line_share)) {
+  if (none || (before - reached < 0.5 * line_share * excess && line_share > least_line_share)) {
     if (line_share > least_line_share) {
       std::ostringstream shape;
       shape << "a force that repeats at " << line.frequency_hz
@@ -161,6 +181,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
       out.depends_on = {"time"};
       out.shape = shape.str();
       out.frequency_hz = line.frequency_hz;
+      out.held_out_gain = parts_->shareOfLine(parts_->held_out);
       return out;
     }
     if (out.shape.empty())

@@ -108,6 +108,7 @@ TEST_F(MakeDataset, ofAPairEachIsSeenBesideTheOther) {
 /// Over the standing shaft's angle an open crack's hollow is narrow; the grid meets a wide one lower, which leaves 1.2 of the
 /// noise.
 TEST_F(MakeDataset, theAngleOfAStandingShaftIsFoundInANarrowHollow) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const MadeDataset made = makeDataset({700063, {"shaft_crack", "amplifier_lag"}, 0.0, false, folder("a"), {}});
   CompareOptions options;
   options.refit = false;

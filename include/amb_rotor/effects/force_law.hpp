@@ -56,6 +56,7 @@ struct ForceLaw {
     current_square,
     current_cube,
     current_axes_cube,
+    current_axes_square,
     current_axes_sign,
     drift_x,
     drift_y,
@@ -131,6 +132,7 @@ struct ForceLaw {
     add("current_square_N_per_A2", "N/A2", 1.0, "control current: |i| i");
     add("current_cube_N_per_A3", "N/A3", 1.0, "control current: |i|^2 i");
     add("current_axes_cube_N_per_A3", "N/A3", 1.0, "control current: (i_x^3, i_y^3)");
+    add("current_axes_square_N_per_A2", "N/A2", 1.0, "control current: (i_x^2, i_y^2)");
     add("current_axes_sign_N", "N", -1.0, "control current: (i_x/|i_x|, i_y/|i_y|)");
     add("drift_x_N_per_s", "N/s", 1.0, "time: s e_x");
     add("drift_y_N_per_s", "N/s", 1.0, "time: s e_y");
@@ -316,6 +318,8 @@ struct ForceLaw {
             return squareRoot(i.dot(i) + S(1e-24)) * i;
           case current_cube:
             return i.dot(i) * i;
+          case current_axes_square:
+            return {i.x * i.x, i.y * i.y};
           case current_axes_cube:
             return {i.x * i.x * i.x, i.y * i.y * i.y};
           case current_axes_sign:

@@ -1,0 +1,122 @@
+// Other places where an effect that a fit has found may do better, out of its reach.
+//
+// A bending mode at other frequencies. Where one step alone makes a mode ring, chi2 over its frequency has hills beside each other, a turn of the ring's phase apart, and
+// a fit ends on the one where it began. Each other frequency is judged by one prediction: its change D to the predicted channels,
+// freed of what all other unknowns can do to first order, with r what the fit has left, lowers chi2 by 2 D'r - D'D
+// (amb_rotor/validation/start_screen.hpp). The static softness that the mode adds goes with the square of its shapes over that of its
+// frequency, and stands: the shapes go along. The best of them are fitted.
+//
+// A friction that falls with the slip v, mu_d + (mu_s - mu_d) exp(-v/v_s), over another v_s. Runs tell of it at the slips that they
+// have, mostly the rotor's radius times its speed; two laws that agree there are as good as each other, and a fit ends at the one where
+// it began.
+#include <algorithm>
+#include <cmath>
+
+#include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
+#include "candidate_hills.hpp"
+#include "foreseen.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// As far as other frequencies are looked for, their distance, and two of them that are on one hill: a ring of a hundred turns shows
+/// its frequency to a hundredth.
+constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015;
+/// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
+constexpr double ringing = 0.008, worth_climbing = 20.0;
+constexpr std::size_t most_hills = 2, models_at_once = 8;
+
+/// Times the speed over which a friction falls, and ratio from which on two slips are apart.
+constexpr double other_fall = 3.5, apart = 1.2;
+
+/// The mode at so many times its frequency.
+EffectSetting movedTo(EffectSetting mode, double ratio, double damping_ratio) {
+  const EffectSchema& schema = *effectCatalogue().find(mode.id);
+  for (std::size_t i = 0; i < mode.values.size(); ++i) {
+    const ParameterSchema& p = schema.parameters[i];
+    if (p.name == "damping_ratio")
+      mode.values[i] = damping_ratio;
+    else
+      mode.values[i] = std::clamp(mode.values[i] * ratio, p.lower, p.upper);
+  }
+  return mode;
+}
+
+/// Slips at which a rotor that does not whirl touches, of the runs to fit.
+std::vector<double> slipsOf(const std::vector<Recording>& recordings, double radius_m) {
+  std::vector<double> out;
+  for (const Recording& rec : recordings)
+    if (rec.holdsContact() && rec.run.use == RunUse::fit) out.push_back(radius_m * std::fabs(rec.startingSpeed()));
+  return out;
+}
+
+}  // namespace
+
+std::vector<EffectSetting> actingAlike(const EffectSetting& effect, const Model& belief, const std::vector<Recording>& recordings) {
+  if (effect.id != "velocity_dependent_friction") return {};
+  const EffectSchema& schema = *effectCatalogue().find(effect.id);
+  const int rest = schema.indexOf("static_coefficient"), moving = schema.indexOf("dynamic_coefficient"), fall = schema.indexOf("speed_m_per_s");
+  const std::vector<double> slips = slipsOf(recordings, belief.rig.auxiliary_bearing.rotor_radius_m);
+  const auto [slowest, fastest] = std::minmax_element(slips.begin(), slips.end());
+  if (slips.empty() || *fastest < apart * *slowest) return {};
+  std::vector<EffectSetting> out;
+  for (const double times : {other_fall, 1.0 / other_fall}) {
+    EffectSetting other = effect;
+    other.values[fall] *= times;
+    Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();  // least squares for mu_d and mu_s - mu_d
+    Eigen::Vector2d along = Eigen::Vector2d::Zero();
+    for (const double slip : slips) {
+      const Eigen::Vector2d terms(1.0, std::exp(-slip / other.values[fall]));
+      squares += terms * terms.transpose();
+      along += (effect.values[moving] + (effect.values[rest] - effect.values[moving]) * std::exp(-slip / effect.values[fall])) * terms;
+    }
+    const Eigen::Vector2d law = Ldlt(squares).solve(along);
+    other.values[moving] = law[0];
+    other.values[rest] = law.sum();
+    const auto inside = [&](int i) { return other.values[i] > schema.parameters[i].lower && other.values[i] < schema.parameters[i].upper; };
+    if (law.allFinite() && inside(rest) && inside(moving) && inside(fall)) out.push_back(std::move(other));
+  }
+  return out;
+}
+
+Trial Candidates::onHighestHill(Trial trial, int iterations) const {
+  const Settings found = trial.effects();
+  const auto mode = std::find_if(found.begin(), found.end(), [](const EffectSetting& e) { return e.id == "shaft_flexibility"; });
+  if (mode == found.end() || !trial.fit.finite || limit_.isUp()) return trial;
+  const StartScreen about(recordings_, fit_free_, *trial.space, trial.fit.x, trial.local, offset_std_);
+  const double damping_ratio = mode->values[effectCatalogue().find(mode->id)->indexOf("damping_ratio")];
+  struct Hill {
+    double ratio, drop;
+    Settings start;
+  };
+  std::vector<Hill> hills;
+  for (double ratio = hill_step; ratio < hill_reach; ratio *= hill_step)
+    for (const double side : {ratio, 1.0 / ratio})
+      for (const double damping : {damping_ratio, ringing}) {
+        Settings start = found;
+        start[mode - found.begin()] = movedTo(*mode, side, damping);
+        hills.push_back({side, 0.0, std::move(start)});
+      }
+  for (std::size_t from = 0; from < hills.size() && !limit_.isUp(); from += models_at_once) {
+    std::vector<Settings> starts;
+    for (std::size_t i = from; i < std::min(hills.size(), from + models_at_once); ++i) starts.push_back(hills[i].start);
+    const StartScreen::Freed freed = about.freed(modelsOf(belief_, starts, trial.nuisance()), true);
+    for (std::size_t i = 0; i < starts.size(); ++i)
+      if (!freed.lost[i]) hills[from + i].drop = 2.0 * freed.along[static_cast<long>(i)] - freed.squares(i, i);
+  }
+  std::stable_sort(hills.begin(), hills.end(), [](const Hill& a, const Hill& b) { return a.drop > b.drop; });
+  std::vector<double> climbed;
+  for (const Hill& hill : hills) {
+    if (hill.drop < worth_climbing || climbed.size() == most_hills || limit_.isUp()) break;
+    const auto isOn = [&](double ratio) { return std::fabs(std::log(hill.ratio / ratio)) < std::log(one_hill); };
+    if (isOn(1.0) || std::any_of(climbed.begin(), climbed.end(), isOn)) continue;
+    climbed.push_back(hill.ratio);
+    const Eigen::VectorXd own = trial.nuisance();
+    Trial more = fit(hill.start, &own, trial.local, {Through::free, iterations, true});
+    if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) trial = std::move(more);
+  }
+  return trial;
+}
+
+}  // namespace amb_rotor

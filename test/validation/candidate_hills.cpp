@@ -1,0 +1,57 @@
+// Other places where an effect may do better: a bending mode that steps make ring, fitted from another frequency, and a friction that
+// falls over another slip.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../src/validation/candidate_hills.hpp"
+#include "../support/made_sets.hpp"
+
+namespace amb_rotor {
+namespace {
+
+TEST(ModeHills, AFitThatEndedBesideTheRightFrequencyIsLedThere) {
+  const MadeSet& set = madeSet(3, "shaft_flexibility", 1.5, false, {"step_1", "steady_1", "steady_2", "step_2"});
+  const EffectSetting truth = set.truth().effects.at(0);
+  const double frequency_hz = truth.values[0];
+  const Candidates candidates(set.dataset.belief, set.dataset);
+  EffectSetting lower = truth;
+  for (std::size_t i = 0; i < lower.values.size(); ++i)
+    if (i != 1) lower.values[i] *= 0.8;  // the shapes, too: the static softness stays
+  const Trial beside = candidates.fit({lower}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 15});
+  ASSERT_GT(std::fabs(beside.effects()[0].values[0] / frequency_hz - 1.0), 0.015) << "it ends at the right one, and this shows nothing";
+  const Trial found = candidates.onHighestHill(beside, 15);
+  // it is stated to 0.3 Hz there
+  EXPECT_NEAR(found.effects()[0].values[0], frequency_hz, 1.5);
+  EXPECT_LT(found.fit.chi2, beside.fit.chi2 - 100.0);
+}
+
+double friction(const std::vector<double>& law, double slip) { return law[1] + (law[0] - law[1]) * std::exp(-slip / law[2]); }
+
+TEST(FrictionHills, OtherFallsAgreeAtTheSlipsOfTheRuns) {
+  Model belief;
+  belief.rig.auxiliary_bearing.rotor_radius_m = 0.0122;
+  std::vector<Recording> recordings(3);
+  const double speeds_rad_s[] = {167.0, 569.0, 380.0};
+  for (int i = 0; i < 3; ++i) {
+    recordings[i].run.kind = RunKind::rub;
+    recordings[i].run.use = i < 2 ? RunUse::fit : RunUse::validate;
+    recordings[i].speed_rad_s = speeds_rad_s[i];
+  }
+  // a fit's, where 0.27, 0.065 and 2.8 m/s were true: the shorter fall would need more than any rest has
+  const EffectSetting found = {"velocity_dependent_friction", {1.31, 0.082, 0.77}};
+  const auto others = actingAlike(found, belief, recordings);
+  ASSERT_EQ(others.size(), 1u);
+  EXPECT_GT(others[0].values[2], 2.0 * found.values[2]);
+  for (int i = 0; i < 2; ++i) {
+    const double slip = 0.0122 * speeds_rad_s[i];
+    EXPECT_NEAR(friction(others[0].values, slip), friction(found.values, slip), 1e-9) << slip;
+  }
+  EXPECT_NEAR(friction(others[0].values, 0.0122 * 380.0), friction({0.27, 0.065, 2.8}, 0.0122 * 380.0), 0.01) << "the run to validate";
+  recordings[1].speed_rad_s = 180.0;
+  EXPECT_TRUE(actingAlike(found, belief, recordings).empty()) << "one slip does not tell two coefficients";
+  EXPECT_TRUE(actingAlike({"hertzian_contact", {1e9, 0.1}}, belief, recordings).empty());
+}
+
+}  // namespace
+}  // namespace amb_rotor
