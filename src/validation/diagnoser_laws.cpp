@@ -40,7 +40,7 @@ bool Diagnoser::lawIsPlain(double share) {
 }
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave
-/// little, it must be far less, and plain: laws of several terms bend, too. So must it at the time limit: others take minutes.
+/// little, it must be far less, and plain: laws of several terms bend, too.
 bool Diagnoser::lawLeavesLess() {
   const bool much = errors_.validation_error_free > structured_error;
   if (errors_.validation_error_free < settled_error) return false;
@@ -50,7 +50,7 @@ bool Diagnoser::lawLeavesLess() {
   if (!much && clean() && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_)) return false;
   // the last word at a time limit: a stand-in that leaves much would hide what the unexplained depends on
   if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
-  if (!law_) law_ = lawBesideNone(much && !hurried() ? LawEffort::whole : LawEffort::plain);
+  if (!law_) law_ = lawBesideNone(much ? LawEffort::whole : LawEffort::plain);
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 
