@@ -1,10 +1,10 @@
 // Other places where an effect that a fit has found may do better, out of its reach.
 //
-// A bending mode at other frequencies. Where one step alone makes a mode ring, chi2 over its frequency has hills beside each other, a turn of the ring's phase apart, and
-// a fit ends on the one where it began. Each other frequency is judged by one prediction: its change D to the predicted channels,
-// freed of what all other unknowns can do to first order, with r what the fit has left, lowers chi2 by 2 D'r - D'D
-// (amb_rotor/validation/start_screen.hpp). The static softness that the mode adds goes with the square of its shapes over that of its
-// frequency, and stands: the shapes go along. The best of them are fitted.
+// A bending mode at other frequencies. Where one step alone makes a mode ring, chi2 over its frequency has hills beside each other, a
+// turn of the ring's phase apart, and a fit ends on the one where it began. Each other frequency is judged by one prediction: its
+// change D to the predicted channels, freed of what all other unknowns can do to first order, with r what the fit has left, lowers
+// chi2 by 2 D'r - D'D (amb_rotor/validation/start_screen.hpp). The static softness that the mode adds goes with the square of its
+// shapes over that of its frequency, and stands: the shapes go along. The best of them are fitted.
 //
 // A friction that falls with the slip v, mu_d + (mu_s - mu_d) exp(-v/v_s), over another v_s. Runs tell of it at the slips that they
 // have, mostly the rotor's radius times its speed; two laws that agree there are as good as each other, and a fit ends at the one where
@@ -26,7 +26,6 @@ constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015;
 /// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
 constexpr double ringing = 0.008, worth_climbing = 20.0;
 constexpr std::size_t most_hills = 2, models_at_once = 8;
-
 /// Times the speed over which a friction falls, and ratio from which on two slips are apart.
 constexpr double other_fall = 3.5, apart = 1.2;
 

@@ -54,9 +54,10 @@ constexpr double from_afar = 2.0, not_in_sight = 1.5;
 constexpr double in_reach = 0.3, plain_evidence = 200.0;
 /// Evidence of a leader that leaves nothing from which on candidates out of its reach are not fitted to their end.
 constexpr double beyond_doubt = 1000.0;
-/// Mean square over the noise without contact above which contact waits for a leader beyond doubt; and that above which none is near
-/// that takes less than such a share of what is above the noise: a right effect's first look takes most of it.
-constexpr double plainly_off = 1.03, structured_square = 1.25, near_enough = 0.25;
+/// Mean square over the noise without contact above which contact waits for a leader beyond doubt.
+constexpr double plainly_off = 1.03;
+/// Share of what is above the noise that the first look at one that is near takes: at a right effect's it is most.
+constexpr double near_enough = 0.25;
 /// Iterations at each length of the windows, where a first look has ended astray.
 constexpr int lengthening_iterations = 5, finishing_iterations = 12;
 /// Rounds to its end of one that takes most there, while each lowers chi2 by such a share: what is found to leave nothing spares the
@@ -151,7 +152,7 @@ bool Leaders::beyondContact(const References& references) const {
 
 bool Leaders::noneNear(const References& references) const {
   const FitResult& fit = references.free.fit;
-  return fit.squares > structured_square * fit.count && free < near_enough / least_excess_share * references.worth;
+  return fit.squares > structured_error * structured_error * fit.count && free < near_enough / least_excess_share * references.worth;
 }
 
 bool Leaders::waits(const References& references) const {

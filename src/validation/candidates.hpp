@@ -66,7 +66,7 @@ struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
   bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
   bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
-  bool contact_waits = true;     ///< for a leader beyond doubt, where the runs without contact are plainly off or it explains both
+  bool contact_waits = true;     ///< where waits() says so
   bool only_serious = false;  ///< what is foreseen far behind the leader without contact is not looked at
   bool explains_contact = false;  ///< that leader, too: it takes most of what is off through contact
 

@@ -11,8 +11,8 @@
 
 namespace amb_rotor {
 
-/// Validation error over which a residual counts as structured.
-constexpr double structured_error = 1.12, structured_contact_error = 1.6;
+/// Validation error through contact over which a residual counts as structured.
+constexpr double structured_contact_error = 1.6;
 
 class Diagnoser {
  public:

@@ -19,7 +19,7 @@ struct Standing {
 
 struct Screening {
   std::vector<Trial> trials;    ///< the most evidence first
-  bool contact_waited = false;  ///< candidates through contact were not looked at, for one beyond doubt without
+  bool contact_waited = false;  ///< candidates through contact were not looked at, see Leaders::waits()
   bool none_near = false;       ///< beside a stand-in no look without contact takes much: none was followed, nor judged
 };
 
@@ -35,7 +35,7 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
 
 /// @param names             in the order in which they are looked at, those without contact before the others, which short looks
 ///                          may bring into another; what comes late and can no longer lead costs less
-/// @param contact_may_wait  whether candidates through contact wait for one that is beyond doubt without
+/// @param contact_may_wait  whether candidates through contact are left out where Leaders::waits() says so
 /// @param progress          a share of the step, and what is looked at
 Screening screen(Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,
                  bool contact_may_wait, const std::function<void(double, const std::string&)>& progress);

@@ -94,9 +94,10 @@ void describe(const LawSearch& search, const Hypothesis& law, double level, Unex
 
 struct UnexplainedSearch::Parts {
   std::vector<LocalState> local;
-  std::vector<ResidualRows> residuals, held_out;  ///< of the runs to fit, and of those to validate
+  std::vector<ResidualRows> residuals;  ///< of the runs to fit
   CommonLine line;
   LawSearch search;
+  std::vector<ResidualRows> held_out;  ///< of the runs to validate
   Eigen::VectorXd stood;  ///< the model as it stands, in the search's space
   double before = 0.0, count = 0.0;
   std::optional<LawSearch::Begun> begun = {};
@@ -105,20 +106,17 @@ struct UnexplainedSearch::Parts {
         const std::vector<LocalState>& own, const std::vector<int>& free, double offset_std_m)
       : local(own),
         residuals(residualsOf(recordings, space.model(x), free, local, offset_std_m)),
-        held_out(ofHeldOut(recordings, space.model(x), local, offset_std_m)),
         line(commonLine(residuals)),
         search(recordings, space.model(believed(space, x)), space.fitted(), line.frequency_hz, offset_std_m),
+        held_out(untouched(recordings, space.model(x), search.heldOut(), local, offset_std_m)),
         stood(search.space().start()) {
     stood.head(x.size()) = x;
     before = search.chi2(stood, search.fitted(), local, &count);
   }
-  /// The unknowns of the runs to validate stay as they are: a law may lead such a run into another motion.
-  static std::vector<ResidualRows> ofHeldOut(const std::vector<Recording>& recordings, const Model& model, std::vector<LocalState> local,
-                                             double offset_std_m) {
-    std::vector<int> held_out;
-    for (int i = 0; i < static_cast<int>(recordings.size()); ++i)
-      if (!recordings[i].holdsContact() && recordings[i].run.use != RunUse::fit) held_out.push_back(i);
-    return residualsOf(recordings, model, held_out, local, offset_std_m);
+  /// Residuals of runs whose unknowns stay as they are: a law may lead such a run into another motion.
+  static std::vector<ResidualRows> untouched(const std::vector<Recording>& recordings, const Model& model, const std::vector<int>& which,
+                                             std::vector<LocalState> local, double offset_std_m) {
+    return residualsOf(recordings, model, which, local, offset_std_m);
   }
   /// Of what is above the noise, the line's share.
   double shareOfLine(const std::vector<ResidualRows>& runs) const {
@@ -164,10 +162,10 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   const bool own_phases = line_share > plain_line_share && parts_->begun->along.promised < 0.5 * line_share * excess;
   if (effort == LawEffort::foreseen && line_share < plain_line_share && !parts_->begun->along.foreseesPlain()) return out;
   const bool plain = effort != LawEffort::whole;
-  const Hypothesis law = own_phases                    ? parts_->begun->without
+  const Hypothesis law = own_phases                      ? parts_->begun->without
                          : effort == LawEffort::foreseen ? search.plainAlongPath(*parts_->begun)
-                         : plain                       ? search.plain(*parts_->begun)
-                                                       : search.best(*parts_->begun);
+                         : plain                         ? search.plain(*parts_->begun)
+                                                         : search.best(*parts_->begun);
   const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
   const bool none = law.terms.empty() || (plain && std::any_of(law.terms.begin(), law.terms.end(), inCatalogue));
   if (plain && none && line_share < plain_line_share) return out;

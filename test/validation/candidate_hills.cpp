@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../../src/validation/candidate_hills.hpp"
+#include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
 
 namespace amb_rotor {
@@ -51,6 +52,23 @@ TEST(FrictionHills, OtherFallsAgreeAtTheSlipsOfTheRuns) {
   recordings[1].speed_rad_s = 180.0;
   EXPECT_TRUE(actingAlike(found, belief, recordings).empty()) << "one slip does not tell two coefficients";
   EXPECT_TRUE(actingAlike({"hertzian_contact", {1e9, 0.1}}, belief, recordings).empty());
+}
+
+/// The runs' slips tell the two coefficients; from a law with another fall a fit through contact stays there.
+TEST(FrictionHills, AFitThatBeganOverAnotherFallIsLedBack) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  const MadeSet& set = madeSet(11, "velocity_dependent_friction", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  const std::vector<double> truth = set.truth().effects.at(0).values;
+  Candidates candidates(set.dataset.belief, set.dataset);
+  const Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+  References references = candidates.referencesWithoutContact(free, free);
+  candidates.referThroughContact(references);
+  const std::vector<EffectSetting> others = actingAlike(set.truth().effects.at(0), set.dataset.belief, candidates.recordings());
+  ASSERT_FALSE(others.empty());
+  const std::vector<double> found = candidates.approach({others[0]}, references.contact, references.prior).effects()[0].values;
+  for (const double slip : {0.5, 1.0, 2.0, 4.0})  // what the static coefficient and the fall share, the runs hardly part
+    EXPECT_NEAR(friction(found, slip), friction(truth, slip), 0.03) << slip;
+  EXPECT_GT(std::fabs(friction(others[0].values, 0.5) - friction(truth, 0.5)), 0.1) << "there is nothing to be led back from";
 }
 
 }  // namespace

@@ -196,7 +196,6 @@ TEST(LoopOffsets, OfATurningRotorTheMeanOfItsTurnsIsTheOffset) {
     for (int c = 0; c < predicted_channels; ++c)
       rec.measured[i * predicted_channels + c] +=
           rec.noise[c] * normal(dice) + (c < axis_count ? 0.5e-6 + 0.4e-6 * static_cast<double>(i) / static_cast<double>(rec.samples) : 0.0);
-  const LawReading read = readLaw(rec, model, 1e-6);
   // what noise moves the end of a line by, under Hann's window
   const double reading_std_A = std::sqrt(1.5) * 2.0 * model.rig.controller.kp_A_per_m * rec.noise[0] / std::sqrt(static_cast<double>(rec.samples));
   EXPECT_NEAR(readLaw(rec, model, 1e-6).settled_integral_A[1], start_A, 3.0 * reading_std_A);

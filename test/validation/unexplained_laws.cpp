@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "../../src/validation/law_search.hpp"
 #include "../support/made_sets.hpp"
 #include "../support/own_effect.hpp"
+#include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/unexplained.hpp"
 
@@ -104,6 +106,37 @@ TEST(UnexplainedLaw, NoneIsForeseenWhereTwoQuantitiesShareTheForce) {
   EXPECT_FALSE(foreseen(mixed, plain_strength));
 }
 
+/// A force of the mains has another phase whenever a recording begins: no law along the path holds for all runs.
+TEST(UnexplainedLaw, ALineWithPhasesOfTheRunsOwnIsNamedAndNoLawSought) {
+  const MadeSet& set = cleanSet();
+  const Model model = set.truth();
+  constexpr double frequency_hz = 82.5, amplitude_N = 3.0;
+  std::vector<Recording> recordings;
+  for (std::size_t r = 0; r < set.recordings.size(); ++r) {
+    if (set.recordings[r].holdsContact()) continue;
+    std::vector<double> law(effects::ForceLaw::term_count + 1, 0.0);
+    const double phase_rad = 2.4 * static_cast<double>(r);
+    law[effects::ForceLaw::hum_x_cosine] = amplitude_N * std::cos(phase_rad);
+    law[effects::ForceLaw::hum_x_sine] = amplitude_N * std::sin(phase_rad);
+    law[effects::ForceLaw::term_count] = frequency_hz;
+    Model with = model;
+    with.effects.push_back({"force_law", law});
+    recordings.push_back(asOf(with, model, beginningOf(set.recordings[r], 6000)));
+  }
+  const FitSpace space(set.dataset.belief, {});
+  std::vector<LocalState> local(recordings.size());
+  const FitProblem problem(recordings, space, set.offset_std_m);
+  const FitResult result = fit(problem, space.start(), indicesToFit(recordings), local, {});
+  ASSERT_GT(result.squares / result.count, 2.0) << "there is something to explain";
+  for (const LawEffort effort : {LawEffort::foreseen, LawEffort::plain}) {
+    const Unexplained found = UnexplainedSearch(recordings, space, result.x, local, set.offset_std_m).law(effort);
+    EXPECT_EQ(found.depends_on, std::vector<std::string>{"time"}) << found.shape;
+    EXPECT_TRUE(found.terms.empty()) << found.shape;
+    EXPECT_NEAR(found.frequency_hz, frequency_hz, 0.05);
+    EXPECT_GT(found.held_out_gain, 0.8);  // the rotor's answer to the force's begin is no line
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Laws, UnexplainedLawTest,
     testing::Values(
@@ -115,6 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
             {"position", "velocity"}},
         Law{"test_three_lobes", 10.0, "c * cos(3 * angle + 0.4)", "0", {"shaft angle"}},
         Law{"test_cube_current", 21.0, "c * ix^3", "c * iy^3", {"control current"}},
+        Law{"test_even_current", 12.0, "c * ix^2", "c * iy^2", {"control current"}},
         Law{"test_drift", 10.0, "c * time", "-0.5 * c * time", {"time"}},
         Law{"test_spin_damping",
             0.63,

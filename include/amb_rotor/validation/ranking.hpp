@@ -10,6 +10,9 @@ namespace amb_rotor {
 /// Evidence below which an effect does not earn its place, whatever else.
 constexpr double least_evidence = 12.0;
 
+/// Error without contact over which a residual counts as structured.
+constexpr double structured_error = 1.12;
+
 /// Share of the excess over the floor (1) that an effect must take on the runs to validate.
 constexpr double least_excess_share = 0.15;
 
