@@ -69,8 +69,11 @@ constexpr double small_gain = 0.01;
 /// A first look through contact that takes this share of what is above the floor is followed at once, where the reference
 /// leaves so many times the noise's square.
 constexpr double most = 0.7, plain_misfit = 2.0;
-/// The latter for an effect that is beyond doubt without contact; and for one that leaves no more than right models mostly do.
-constexpr double little_misfit = 1.2, right_square = 0.93;
+/// The latter for an effect that is beyond doubt without contact.
+constexpr double little_misfit = 1.2;
+/// What right models mostly leave through contact, at most and in drops, where the currents are still; and the share of what the
+/// reference leaves above the latter that one takes which leaves so little.
+constexpr double right_square = 0.93, still_square = 0.8, half = 0.5;
 /// Iterations in a round for the other starts of a candidate that has several hills.
 constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
@@ -104,9 +107,13 @@ struct Misfit {
   }
   /// Whether it has taken all but a thousandth of that: some windows may still be astray.
   bool takesNearlyAll() const { return takesMost() && left - count < 1e-3 * (reference - count); }
+  /// Whether it leaves no more than right models mostly do, and the reference plainly more.
+  bool isWhereRightOnesAre() const {
+    return left < right_square * count && left - still_square * count < half * (reference - still_square * count);
+  }
   /// Whether it leaves next to nothing.
   bool leavesNothing() const {
-    return takesNearlyAll() || (left < right_square * count && takesMost(little_misfit)) || (left < settled_square * count && takesMost());
+    return takesNearlyAll() || isWhereRightOnesAre() || (left < settled_square * count && takesMost());
   }
 };
 

@@ -194,6 +194,8 @@ class Candidates {
   ///              with
   Trial look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
              const Trial* seen = nullptr) const;
+  /// Of the runs to fit, through contact: the largest mean square over the noise as a fit has left them.
+  double worstThroughContact(const Trial& trial) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.
   bool explainsContact(const Trial& trial, const References& references) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
@@ -201,8 +203,6 @@ class Candidates {
               const std::function<void(const std::string&)>& tell) const;
 
  private:
-  /// Of the runs to fit, through contact: the largest mean square over the noise as a fit has left them.
-  double worstThroughContact(const Trial& trial) const;
   /// One fit to be tried: with these effects, from this nuisance.
   using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
   /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader; none is

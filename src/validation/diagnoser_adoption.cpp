@@ -19,8 +19,11 @@ constexpr double plain_promise = 200.0;
 constexpr double plain_place = 1000.0;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
 constexpr int most_refits = 3;
-/// Evidence foreseen beside a model below that from which on an effect is looked at all the same.
-constexpr double worth_a_look = 300.0;
+/// Evidence foreseen beside a model below that from which on an effect is looked at all the same, as a share of the residuals: an
+/// effect that is to be seen is far above that, and noise that is coloured by a mode next to instability makes half of it.
+constexpr double worth_a_look = 0.002;
+/// Mean square of a run through contact, over what the runs without leave, from which on effects that show there are looked at.
+constexpr double more_through_contact = 1.05;
 
 bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.id); }
 
@@ -93,17 +96,21 @@ void Diagnoser::refer() {
 }
 
 /// Whether an effect promises much beside a model that leaves next to nothing on the runs to validate: it may show in the runs to fit
-/// mostly. Only such are then looked at; the references are those of the model as it stands.
+/// mostly, or in contact and there in a run whose error goes under in the mean. Only such are then looked at; the references are those
+/// of the model as it stands.
 bool Diagnoser::isMoreForeseen() {
   refer();
   std::vector<std::string> rest;
   for (const std::string& name : names_)
     if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
   const std::map<std::string, double> promises = foreseen(candidates_, rest, adopted_, references_);
+  const FitResult& free = references_.free.fit;
+  const double floor = std::max(1.0, free.squares / std::max(1.0, free.count));
+  const bool contact = throughAll() && candidates_.worstThroughContact(joint_) > more_through_contact * floor;
   names_.clear();
   for (const std::string& name : rest) {
     const auto promise = promises.find(name);
-    if (promise != promises.end() && promise->second > worth_a_look) names_.push_back(name);
+    if (needsContact(name) ? contact : promise != promises.end() && promise->second > worth_a_look * free.count) names_.push_back(name);
   }
   if (names_.empty()) return false;
   candidates_.referThroughContact(references_);

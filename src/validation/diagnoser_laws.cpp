@@ -50,7 +50,11 @@ bool Diagnoser::lawLeavesLess() {
   if (!much && clean() && adopted_.size() < 2 && !leavesMoreThanDetails(begun_, errors_)) return false;
   // the last word at a time limit: a stand-in that leaves much would hide what the unexplained depends on
   if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
-  if (!law_) law_ = lawBesideNone(much ? LawEffort::whole : LawEffort::plain);
+  if (!law_) {
+    progress(0.92, "a law in the place of effects");
+    // next to the floor only a law that the measured path shows plainly is worth its search
+    law_ = lawBesideNone(much ? LawEffort::whole : clean() ? LawEffort::foreseen : LawEffort::plain);
+  }
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }
 

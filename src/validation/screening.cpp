@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "amb_rotor/validation/ranking.hpp"
+#include "foreseen.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -56,12 +57,16 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
   }
 }
 
+/// Share of the evidence of a leader that leaves nothing which another must promise to be looked at beside it, once all have been
+/// valued.
+constexpr double rival_promise = 0.9;
+
 /// Of an effect for which no time was left.
-Trial notLookedAt(const std::string& name) {
+Trial notLookedAt(const std::string& name, const char* why = "the time limit was reached") {
   Trial out;
   out.effect = name;
   out.fit.finite = false;
-  out.note = "not looked at: the time limit was reached";
+  out.note = std::string("not looked at: ") + why;
   return out;
 }
 
@@ -130,7 +135,16 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     return candidates.look(name, standing.adopted, references, at, seen);
   };
   std::size_t leader = 0;
+  const auto isFarBehind = [&](const std::string& name) {
+    if (!standing.ranked || !leaders.free_settled) return false;
+    const auto promises = foreseen(candidates, {name}, standing.adopted, references);
+    return promises.empty() || promises.begin()->second < rival_promise * leaders.free;
+  };
   for (const std::string& name : free) {
+    if (isFarBehind(name)) {
+      trials.push_back(notLookedAt(name, "far less is foreseen of it than another has"));
+      continue;
+    }
     const double before = leaders.free;
     trials.push_back(look(name, leaders, nullptr));
     leaders.add(trials.back(), references);
