@@ -32,7 +32,11 @@ class Diagnoser {
   bool earns(const Trial& trial) const;
   bool promises(const Trial& trial) const;
   Trial jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const;
+  void join(const Settings& from, int iterations);
+  void joinLate(Diagnosis& out);
+  bool staysAstrayThroughContact(const Trial& adopted) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);
+  void write(Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
   bool isMoreForeseen();

@@ -23,7 +23,7 @@ constexpr int most_refits = 3;
 /// effect that is to be seen is far above that, and noise that is coloured by a mode next to instability makes half of it.
 constexpr double worth_a_look = 0.002;
 /// Mean square of a run through contact, over what the runs without leave, from which on effects that show there are looked at.
-constexpr double more_through_contact = 1.05;
+constexpr double more_through_contact = 1.025;
 
 bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.id); }
 
@@ -52,8 +52,24 @@ Trial Diagnoser::jointly(Settings from, Eigen::VectorXd own, const std::vector<L
   return out;
 }
 
+/// The model as it stands with these values of its effects, refitted to all runs.
+void Diagnoser::join(const Settings& from, int iterations) {
+  joined_ = true;
+  joint_ = jointly(from, joint_.nuisance(), joint_.local, Through::all, iterations);
+  // while the runs without contact lack something, windows through contact go astray for that
+  if (candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
+    joint_ = candidates_.settled(std::move(joint_), iterations);
+  errors_ = candidates_.judge(joint_, true, Judging::anew);
+}
+
+/// Whether what is off through contact stays when an effect is adopted that shows without.
+bool Diagnoser::staysAstrayThroughContact(const Trial& adopted) const {
+  return references_.through_contact && isAstray(references_.contact) && !candidates_.explainsContact(adopted, references_);
+}
+
 /// Everything refitted to all runs; the model as it stands from then on. Runs with contact wait while an effect that shows without
-/// leaves structure there: their windows would go astray for that, and fits to them take the longest.
+/// leaves structure there, or what is missing shows in contact: their windows would go astray for that, and fits to them take the
+/// longest.
 void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& out) {
   Trial near = start;
   Settings from = effects;
@@ -67,25 +83,36 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     from = near.effects();
     iterations = joint_iterations_behind_free;
     const bool structure = candidates_.judge(near, false, Judging::anew).validation_error_free > structured_error;
-    joined_ = !candidates_.haveContact() || !structure || std::any_of(from.begin(), from.end(), isThroughContact);
+    joined_ = !candidates_.haveContact() || std::any_of(from.begin(), from.end(), isThroughContact) ||
+              (!structure && !staysAstrayThroughContact(near));
   }
-  joint_ = throughAll() ? jointly(from, near.nuisance(), near.local, Through::all, iterations) : std::move(near);
-  // while the runs without contact lack something, windows through contact go astray for that
-  if (throughAll() && candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
-    joint_ = candidates_.settled(std::move(joint_), iterations);
-  errors_ = candidates_.judge(joint_, true, joined_ ? Judging::anew : Judging::glance);
+  joint_ = std::move(near);
+  if (!throughAll()) errors_ = candidates_.judge(joint_, true, joined_ ? Judging::anew : Judging::glance);
+  if (throughAll() || (!joined_ && !structured())) join(from, iterations);
   if (std::any_of(effects.begin(), effects.end(), isThroughContact)) {
     const Eigen::VectorXd stood = joint_.fit.x;
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
     if (joint_.fit.x != stood) errors_ = candidates_.judge(joint_, true, Judging::anew);
   }
+  write(out);
+}
+
+/// What stands, into the steps.
+void Diagnoser::write(Diagnosis& out) {
   widenAlongEquivalents(candidates_.belief(), *joint_.space, joint_.fit.x, joint_.fit.covariance);
   adopted_ = joint_.effects();
-  for (std::size_t i = 0; i < effects.size(); ++i)
+  for (std::size_t i = 0; i < adopted_.size(); ++i)
     for (auto& step : out.steps)
-      if (effects[i].id == step.added)
+      if (adopted_[i].id == step.added)
         step.parameters = joint_.space->effectValues(static_cast<int>(i), joint_.fit.x, joint_.fit.covariance);
   if (!out.steps.empty()) out.steps.back().errors = errors_;
+}
+
+/// Runs with contact that have waited are fitted, too, where nothing came after: their error may be the contact's numbers.
+void Diagnoser::joinLate(Diagnosis& out) {
+  if (joined_ || adopted_.empty() || hurried() || errors_.validation_error_free > structured_error) return;
+  join(adopted_, joint_iterations_behind_free);
+  write(out);
 }
 
 /// What the next candidates are measured against without contact.

@@ -175,6 +175,7 @@ Diagnosis Diagnoser::run() {
     }
     if (step > 0 && lawIsPlain(to)) break;  // a third would only bend further
   }
+  joinLate(out);
   const bool stand_by = !out.steps.empty() && lawLeavesLess();
   if (stand_by) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty() && !hurried()) lookAgain(out);
