@@ -102,12 +102,17 @@ def hand_made() -> dict:
 def test_unknown_twins_and_contact_are_shown_and_text_is_text(tmp_path, browser):
     diagnosis = hand_made()
     revisions = [{"label": "believed", **diagnosis["baseline"]}, {"label": "+ static_load", **diagnosis["steps"][0]}]
-    path = page.write_report(tmp_path / "r.html", "A <title>", "sub", [], diagnosis, revisions)
+    both = [{"name": "the others at 0", "x": [0.0, 0.0], "y": [0.0, 0.0]},
+            {"name": "the others at the end of their range", "x": [-1.0, 1.0], "y": [0.0, 0.0]}]
+    law = [{"quantity": "position", "axis": "displacement along x [µm]", "at": [-40.0, 40.0], "curves": both},
+           {"quantity": "spin speed", "axis": "spin speed [Hz]", "at": [0.0, 50.0], "curves": both}]
+    path = page.write_report(tmp_path / "r.html", "A <title>", "sub", [], diagnosis, revisions, law=law)
     seen, errors = in_browser(browser, path, lambda driver: driver.execute_script(LOOK))
     assert not errors and seen["title"] == "A <title>"
     for text in ("no name for", "</script><b>not a tag</b>", "slow roll", "not excited by these runs", "shaft bow",
-                 "position, spin speed", "x * |x|^2"):
+                 "position, spin speed", "x * |x|^2", "takes 40 %", "The law over the spin speed"):
         assert text in seen["text"]
+    assert seen["plots"] == 4 and seen["drawn"] >= 4 and seen["empty"] == 0 and seen["axes"] == 0, "ranking, falling error, two of the law"
 
 
 def test_an_envelope_keeps_the_extremes():

@@ -89,7 +89,8 @@ def print_diagnosis(diagnosis: dict, told: list[str] | tuple = ()) -> None:
               f"(the wrong one leaves {experiment['separation']:.2g} times the noise)")
     unexplained = diagnosis["unexplained"]
     if unexplained["depends_on"]:
-        print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}")
+        print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']} "
+              f"({100 * unexplained['held_out_gain']:.3g} % of what is left on runs that it was not fitted to)")
     for remark in diagnosis["remarks"]:
         if remark not in told:
             print(f"remark: {remark}")
@@ -168,7 +169,7 @@ def keep_faults(diagnosis: dict, adopted) -> None:
 def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dict, adopted, stages: list, rivals: dict) -> None:
     """Writes the folder of a diagnosis. stages: (label, comparison) before, and after where an effect was found."""
     from amb_rotor import experiments
-    from amb_rotor.report import data, write_report
+    from amb_rotor.report import data, law, write_report
     diagnosis["dataset"] = {"name": dataset.name, "folder": str(folder.resolve())}
     diagnosis["model"] = {"name": model.name, "hash": model.hash}
 
@@ -184,7 +185,8 @@ def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dic
         common.atomic_write(part / "errors.json", json.dumps(common._plain(comparisons), indent=2) + "\n")
         write_report(part / "report.html", f"What does the model of {dataset.name} lack?",
                      f"{len(dataset.runs)} runs; model {model.name}, {model.hash}",
-                     [data.stage(*stage) for stage in stages], diagnosis, revisions_of(diagnosis))
+                     [data.stage(*stage) for stage in stages], diagnosis, revisions_of(diagnosis),
+                     law=law.law_curves(diagnosis["unexplained"], stages[0][1]["runs"]))
 
     out.parent.mkdir(parents=True, exist_ok=True)
     write_folder(out, fill)

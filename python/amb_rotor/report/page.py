@@ -28,12 +28,12 @@ def _pictures(pictures) -> str:
 
 
 def report_text(title: str, subtitle: str, stages: list[dict], diagnosis: dict | None = None,
-                revisions: list[dict] | None = None, pictures=(), notes=(), tables=()) -> str:
+                revisions: list[dict] | None = None, pictures=(), notes=(), tables=(), law=()) -> str:
     """The whole page. stages: data.stage() of each model that was compared, the first one first; pictures: (path of a
-    PNG, caption); notes: sentences of the first page; tables: {title, columns, rows}."""
+    PNG, caption); notes: sentences of the first page; tables: {title, columns, rows}; law: law.law_curves()."""
     from plotly.offline import get_plotlyjs
     data = {"title": title, "subtitle": subtitle, "stages": stages, "diagnosis": diagnosis,
-            "revisions": revisions or [], "notes": list(notes), "tables": list(tables)}
+            "revisions": revisions or [], "notes": list(notes), "tables": list(tables), "law": list(law)}
     parts = {"@TITLE@": html.escape(title), "@STYLE@": (_HERE / "report.css").read_text(),
              "@PICTURES@": _pictures(pictures), "@DATA@": embedded(data),
              "@SCRIPT@": (_HERE / "report.js").read_text(), "@PLOTLY@": get_plotlyjs()}

@@ -354,12 +354,28 @@
         {title: "contact", n: true, value: r => err(r.validation_error_contact)},
         {title: "parameters ± standard deviation", value: r => list(r.parameters)}], diagnosis.steps);
     }
+  }
+  function unexplained() {
     const u = diagnosis.unexplained;
-    if (u.depends_on.length || u.shape || (u.terms || []).length) {
-      const t = section("What no effect of the catalogue explains", "A hypothesis, not a finding.");
-      add(t, "p", "depends on " + (u.depends_on.join(", ") || "nothing that was measured") + (u.shape ? ": " + u.shape : ""));
-      if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => withStd({value: r.coefficient, std: r.std})}], u.terms);
-    }
+    if (!u.depends_on.length && !u.shape && !(u.terms || []).length) return;
+    const t = section("What no effect of the catalogue explains", "A hypothesis, not a finding.");
+    add(t, "p", "depends on " + (u.depends_on.join(", ") || "nothing that was measured") + (u.shape ? ": " + u.shape : ""));
+    if (u.held_out_gain > 0) add(t, "p", "On the runs that it was not fitted to it takes " + num(100 * u.held_out_gain, 3) + " % of what is left above the noise.");
+    if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => withStd({value: r.coefficient, std: r.std})}], u.terms);
+    law(t);
+  }
+  // The force of the law over each quantity that it depends on.
+  function law(parent) {
+    let row = null;
+    D.law.forEach((one, i) => {
+      if (i % 2 === 0) row = add(parent, "div", null, "two row");
+      const c = card(row, "The law over the " + one.quantity, "Force at bearing a, as far as the runs without contact went" +
+        (one.curves.length > 1 ? "; dashed: the other quantities at the end of their range, solid: at 0." : "."));
+      plot(c, 300, () => ({
+        traces: one.curves.flatMap((curve, k) => [["x", "blue"], ["y", "orange"]].map(([axis, tone]) => ({x: one.at, y: curve[axis],
+          name: "F" + axis + (curve.name ? ", " + curve.name : ""), mode: "lines", line: {color: colour(tone), width: 2, dash: k ? "dash" : "solid"}}))),
+        layout: {showlegend: true, xaxis: {title: {text: one.axis}}, yaxis: {title: {text: "force [N]"}}}}));
+    });
   }
   function nuisance() {
     const s = section("Values of the rig that were uncertain", "Fitted on the runs to fit.");
@@ -383,6 +399,7 @@
   D.tables.forEach(t => table(section(t.title), t.columns.map((c, i) => ({title: c, n: i > 0, value: r => r[i]})), t.rows));
   if (first) where();
   if (diagnosis && diagnosis.ranking.length) ranking();
+  if (diagnosis) unexplained();
   if (first) { overlays(); forces(); nuisance(); }
   drawn.forEach(draw => draw());
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach(draw => draw()));
