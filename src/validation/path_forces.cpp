@@ -82,43 +82,60 @@ std::vector<std::vector<double>> responsesAlongPath(const ReferenceRun& run, con
   const double rate = rec.run.sample_rate_hz, decay = amplifier.decay(1.0 / rate);
   const double lag = rate / amplifier.rate();  // in instants
   const Model whole = withTrialWeights({model}, rec)[0];
+  struct Driven {
+    std::size_t force;
+    HeldExcitation drive;
+    std::vector<double> lagged, change;
+  };
+  std::vector<Driven> pack;  // as many as are predicted at once
+  const auto predictPack = [&] {
+    Stretch stretch = stretchOf(rec, whole);
+    stretch.settle_s = std::max(stretch.settle_s, run.run_in_s);
+    std::vector<LaneJob> jobs;
+    for (Driven& one : pack) {
+      jobs.push_back(jobOf(rec, whole, run.angle_rad));
+      turnShaft(rec, run.turning, jobs.back());
+      takeOffsets(rec, run.offsets, jobs.back());
+      jobs.back().excitation = &one.drive;
+      jobs.back().out = one.change.data();
+    }
+    predict(stretch, jobs);
+    for (std::size_t j = 0; j < pack.size(); ++j) {
+      if (!jobs[j].finite) continue;
+      std::vector<double>& change = pack[j].change;
+      for (long i = 0; i < rec.samples; ++i)
+        for (int c = 0; c < predicted_channels; ++c) {
+          double& own = change[i * predicted_channels + c];
+          own -= run.predicted[i * predicted_channels + c];
+          if (c >= 4) own -= pack[j].lagged[4 * i + c - 4];  // the force is no current
+        }
+      out[pack[j].force] = std::move(change);
+    }
+    pack.clear();
+  };
   for (std::size_t k = 0; k < forces.size(); ++k) {
     const std::vector<double> force = alongPath(path, model, forces[k]);
-    HeldExcitation drive = rec.excitation;
-    drive.rate_hz = rate;
-    std::vector<double> change(rec.samples * predicted_channels), lagged(rec.samples * 4);
+    Driven one = {k, rec.excitation, std::vector<double>(rec.samples * 4), std::vector<double>(rec.samples * predicted_channels)};
+    one.drive.rate_hz = rate;
     double most = 0.0;
     for (int a = 0; a < 4; ++a) {
-      drive.axis[a].resize(rec.samples, 0.0);
+      one.drive.axis[a].resize(rec.samples, 0.0);
       double behind = 0.0;
       for (long i = 0; i < rec.samples; ++i) {
         // amid the time for which it is held, and F + lag F': what the lag makes F of
         const double now = force[4 * i + a], next = force[4 * std::min(i + 1, rec.samples - 1) + a];
         const double current = (0.5 * (now + next) + lag * (next - now)) / model.rig.amb.current_stiffness_N_per_A;
         most = std::max(most, std::fabs(current));
-        drive.axis[a][i] += current;
-        lagged[4 * i + a] = behind;
+        one.drive.axis[a][i] += current;
+        one.lagged[4 * i + a] = behind;
         behind = current + (behind - current) * decay;
       }
     }
     if (!(most > away_from_zero)) continue;
-    Stretch stretch = stretchOf(rec, whole);
-    stretch.settle_s = std::max(stretch.settle_s, run.run_in_s);
-    stretch.excitation = &drive;
-    std::vector<LaneJob> jobs = {jobOf(rec, whole, run.angle_rad)};
-    turnShaft(rec, run.turning, jobs[0]);
-    takeOffsets(rec, run.offsets, jobs[0]);
-    jobs[0].out = change.data();
-    predict(stretch, jobs);
-    if (!jobs[0].finite) continue;
-    for (long i = 0; i < rec.samples; ++i)
-      for (int c = 0; c < predicted_channels; ++c) {
-        double& own = change[i * predicted_channels + c];
-        own -= run.predicted[i * predicted_channels + c];
-        if (c >= 4) own -= lagged[4 * i + c - 4];  // the force is no current
-      }
-    out[k] = std::move(change);
+    pack.push_back(std::move(one));
+    if (static_cast<int>(pack.size()) == predictionLanes()) predictPack();
   }
+  if (!pack.empty()) predictPack();
   return out;
 }
 

@@ -3,9 +3,10 @@
 // what carries a Scalar.
 #include <vector>
 
+#include "amb_rotor/common/scalar.hpp"
+#include "amb_rotor/common/shaft.hpp"
 #include "amb_rotor/excitation/schedule.hpp"
 #include "amb_rotor/excitation/shaft_path.hpp"
-#include "amb_rotor/common/shaft.hpp"
 
 namespace amb_rotor {
 
@@ -28,9 +29,18 @@ struct Drive {
   bool turned = false;               ///< beside a path: they are added to its angle and speed
   bool hold_speed = false;           ///< where the spin is a state: the drive keeps it (run-in)
   const HeldExcitation* excitation = nullptr;
+  std::vector<const HeldExcitation*> lane_excitation;  ///< in its place for the values, a lane each, all of its rate; empty: none
   const Schedule* schedule = nullptr;
   S sensor_offset[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};  ///< [m]
   S sensor_drift[4] = {S(0.0), S(0.0), S(0.0), S(0.0)};   ///< [m/s], from t = 0
+
+  /// Recorded excitation current of an axis [A].
+  S excited(int axis, double time) const {
+    if (lane_excitation.empty()) return S(excitation != nullptr ? excitation->at(axis, time) : 0.0);
+    S out = S(0.0);
+    for (std::size_t l = 0; l < lane_excitation.size(); ++l) setLane(out, l, lane_excitation[l]->at(axis, time));
+    return out;
+  }
 
   Shaft<S> shaft(double time) const {
     Shaft<S> shaft;

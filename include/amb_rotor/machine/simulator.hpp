@@ -313,7 +313,7 @@ class Simulator {
     for (int a = 0; a < 4; ++a) {
       const bool on = bearingOn(a, state.time);
       S sum = state.command[a];
-      if (drive_.excitation != nullptr) sum += S(drive_.excitation->at(a, state.time));
+      if (drive_.excitation != nullptr) sum += drive_.excited(a, state.time);
       if (drive_.schedule != nullptr) sum += S(drive_.schedule->current(a, sampled, state.time));
       held.target[a] = on && controlled_ ? track_.amplifier().limited(sum) : S(0.0);
       (a % 2 == 0 ? held.bearing_on[a / 2].x : held.bearing_on[a / 2].y) = S(on ? 1.0 : 0.0);

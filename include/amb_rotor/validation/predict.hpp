@@ -36,6 +36,7 @@ struct Stretch {
 /// One machine of a batch.
 struct LaneJob {
   const Model* model = nullptr;
+  const HeldExcitation* excitation = nullptr;  ///< in the place of the stretch's, at one rate in all lanes or in none
   double angle0_rad = 0.0, speed_rad_s = 0.0;  ///< of a constant speed; on a path: added to its angle and speed
   double offset_m[4] = {0, 0, 0, 0};        ///< of the sensors
   double drift_m_per_s[4] = {0, 0, 0, 0};

@@ -91,6 +91,11 @@ Drive<S> packDrive(const Stretch& stretch, const LaneJob* jobs, std::size_t coun
   for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l) {
     const LaneJob& job = jobs[l < count ? l : count - 1];
     drive.turned = drive.turned || (stretch.path != nullptr && (job.angle0_rad != 0.0 || job.speed_rad_s != 0.0));
+    if (job.excitation != nullptr) {
+      if (l == 0) drive.excitation = job.excitation;  // for its rate
+      AMB_ROTOR_CHECK(job.excitation->rate_hz == drive.excitation->rate_hz, "lanes are excited at one rate");
+      drive.lane_excitation.push_back(job.excitation);
+    }
     setLane(drive.angle0, l, job.angle0_rad);
     setLane(drive.speed, l, job.speed_rad_s);
     for (int a = 0; a < 4; ++a) {
@@ -98,6 +103,7 @@ Drive<S> packDrive(const Stretch& stretch, const LaneJob* jobs, std::size_t coun
       setLane(drive.sensor_drift[a], l, job.drift_m_per_s[a]);
     }
   }
+  AMB_ROTOR_CHECK(drive.lane_excitation.empty() || drive.lane_excitation.size() == ScalarTraits<S>::lanes, "all lanes or none are excited by themselves");
   return drive;
 }
 
@@ -143,6 +149,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     ConstantShaft constant(0.0, 0.0);
     run_in.hold_speed = true;
     run_in.excitation = nullptr;
+    run_in.lane_excitation.clear();
     run_in.schedule = nullptr;
     for (int a = 0; a < 4; ++a) run_in.sensor_drift[a] = S(0.0);
     if (stretch.path != nullptr) {
