@@ -16,7 +16,7 @@ namespace amb_rotor {
 namespace {
 
 /// Iterations of a candidate's first look, and candidates that are then fitted to the end.
-constexpr int first_look_iterations = 2, finalists = 6;
+constexpr int first_look_iterations = 2, glance_iterations = 1, finalists = 6;
 /// Attempts at each of their steps where contact needs one look only.
 constexpr int settled_attempts = 2;
 /// Of several starts so many are followed.
@@ -24,6 +24,10 @@ constexpr std::size_t followed_starts = 2;
 /// A start whose gain is foreseen at so many times less than what would bring it near the leader is not taken seriously:
 /// one look, and no steps to come near.
 constexpr double foreseen_short = 3.0;
+/// Share of the evidence of a leader that leaves nothing which an effect must promise to be taken seriously beside it.
+constexpr double rival_promise = 0.5;
+/// The same of half the drop of chi2 by a leader that leaves more: to first order a right effect promises most of what it takes.
+constexpr double serious_promise = 0.15;
 /// A first look that leaves an effect at less than this share of what it must have is not followed where it can only gain.
 constexpr double far_from_worth = 0.1;
 /// Of the hills of a scan so many are followed.
@@ -162,6 +166,14 @@ bool Leaders::noneNear(const References& references) const {
   return fit.squares > structured_error * structured_error * fit.count && free < near_enough / least_excess_share * references.worth;
 }
 
+bool Leaders::mayLead(const std::string& effect, const References& references) const {
+  const auto promise = references.promises.find(effect);
+  if (promise == references.promises.end()) return !free_settled;
+  double asked = free_settled ? rival_promise * free : 0.0;
+  if (isToldByPromise(effect)) asked = std::max({asked, far_from_worth * references.worth, serious_promise * free_drop});
+  return promise->second.evidence >= asked;
+}
+
 bool Leaders::waits(const References& references) const {
   const FitResult& fit = references.free.fit;
   return contact_waits && (noneNear(references) || (free > beyond_doubt && (explains_contact || fit.squares > plainly_off * fit.count)));
@@ -172,6 +184,7 @@ void Leaders::add(const Trial& trial, const References& references) {
   if (!needsContact(trial.effect)) {
     if (trial.evidence <= free) return;
     free = trial.evidence;
+    free_drop = 0.5 * (references.free.fit.chi2 - trial.fit.chi2);
     free_settled = free > beyond_doubt && isSettledFree(trial, references);
   } else if (trial.evidence > plain_evidence && Misfit(trial, references).leavesNothing()) {
     through_contact = true;
@@ -185,8 +198,13 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
   std::vector<std::size_t> order(starts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::size_t followed = starts.size();
+  const auto known = references.promises.find(starts[0].back().id);
+  const bool promised = known != references.promises.end();
+  const auto mayComeNear = [&](double foreseen) { return foreseen_short * foreseen > in_reach * leaders.free_drop; };
+  if (starts.size() == 1 && promised && isToldByPromise(starts[0].back().id)) serious = mayComeNear(known->second.evidence);
   if (starts.size() > 1) {
-    const auto gains = gainsOf(belief_, starts, nuisances[0], references);
+    const bool same = promised && nuisances[0] == references.free.nuisance() && known->second.gains.size() == starts.size();
+    const auto gains = same ? known->second.gains : gainsOf(belief_, starts, nuisances[0], references);
     if (startsAreAScan(starts[0].back().id)) {  // the tops of its hills
       order.clear();
       for (std::size_t i = 0; i < gains.size(); ++i)
@@ -199,7 +217,7 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     }
     const double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
-    serious = !(foreseen > 0.0) || foreseen_short * foreseen > in_reach * leaders.free;
+    serious = !(foreseen > 0.0) || mayComeNear(foreseen);
     if (!serious && leaders.only_serious) return {};
     if (!serious) followed = 1;
     for (std::size_t i = 0; i < starts.size(); ++i)
@@ -271,7 +289,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   std::vector<Trial> trials(followed.size());
   const FrozenColumns directions = references.screen->directions();
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
-    FitEffort effort = {contact ? Through::contact : Through::free, first_look_iterations, false, true};
+    FitEffort effort = {contact ? Through::contact : Through::free, contact || serious ? first_look_iterations : glance_iterations, false, true};
     effort.every_effect = settled && references.sparse.stride > 1;
     if (settled) effort.attempts = settled_attempts;
     if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
@@ -305,6 +323,12 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     none.note = "not valued alone: what the runs without contact lack comes first";
     return none;
   }
+  if (!contact && leaders.only_serious && !leaders.mayLead(effect, references)) {
+    none.excited = true;
+    none.fit.finite = false;
+    none.note = "not looked at: far less is foreseen of it than is to be had";
+    return none;
+  }
   std::vector<Settings> starts;
   for (const auto& start : values) {
     starts.push_back(adopted);
@@ -322,7 +346,11 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   } else if (far) {
     nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
   }
-  if (!contact) addSeenShapes(belief_, nuisances[0], references, starts);
+  const auto promise = contact ? references.promises.end() : references.promises.find(effect);
+  if (promise != references.promises.end() && promise->second.sized == starts.size())
+    starts = promise->second.starts;  // with the shapes that are seen
+  else if (!contact)
+    addSeenShapes(belief_, nuisances[0], references, starts);
   bool serious = true;
   const bool known = seen != nullptr && seen->usable() && seen->stride == strideOver(seen->effects(), seen->stride) &&
                      Misfit(*seen, references).leavesNothing();

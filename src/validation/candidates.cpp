@@ -128,7 +128,7 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   const FitProblem problem(recordings_, *trial.space, offset_std_);
   FitOptions options;
   options.most_iterations = effort.iterations;
-  options.give_up = [this] { return limit_.isLongUp(); };
+  options.give_up = [this, look = effort.first_look] { return look ? limit_.isUp() : limit_.isLongUp(); };
   options.thorough_first = effort.thorough;
   options.scores = effort.scores;
   options.frozen = effort.frozen;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,12 +41,21 @@ struct Trial {
 /// Whether some parameters of an effect leave the model as it is, so that a fit can only gain.
 bool isNested(const std::string& effect);
 
+/// What an effect promises beside a reference without contact, see foreseen.hpp.
+struct Promise {
+  double evidence = 0.0;
+  std::vector<Settings> starts;  ///< of some size, each with all that is adopted; the shapes that are seen come last
+  std::size_t sized = 0;         ///< so many without these
+  std::vector<StartGain> gains;  ///< of these
+};
+
 /// What candidates are measured against: the model without them, through the runs that count for them.
 struct References {
   Trial free, contact, sparse;  ///< sparse: `contact` at the windows of a first look
   bool through_contact = false;  ///< the latter two are fitted; else they stand for its unknowns alone
   QuadraticPrior prior;         ///< what the free runs say of the nuisance, for fits to the runs with contact alone
   std::shared_ptr<const StartScreen> screen;  ///< about `free`
+  std::map<std::string, Promise> promises;  ///< of the effects that were asked for, by foresee()
   double worth = 0.0;  ///< evidence that an effect must have to be adopted for what it does without contact, about
 
   /// Evidence of what would take all that is above the noise without contact, over the noise.
@@ -64,6 +74,7 @@ bool plainlyOffThroughContact(const References& references);
 /// How far the candidates of a screening have come: what one that is tried later can still be.
 struct Leaders {
   double free = 0.0;  ///< the best evidence without contact: what cannot come near it is looked at once, from its best start
+  double free_drop = 0.0;  ///< half of what that takes off chi2
   bool free_settled = false;     ///< and it leaves nothing there: it is in the rig, whatever contact holds besides
   bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
   bool contact_waits = true;     ///< where waits() says so
@@ -74,6 +85,8 @@ struct Leaders {
   /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
   /// it, the next step tells.
   bool beyondContact(const References& references) const;
+  /// Whether an effect promises enough, without contact, to be looked at again beside what is adopted.
+  bool mayLead(const std::string& effect, const References& references) const;
   /// Whether without contact all that were looked at leave nearly all of what is plainly there.
   bool noneNear(const References& references) const;
   /// Whether candidates through contact wait: for the leader, or for a law where none is near.

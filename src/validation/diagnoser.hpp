@@ -39,6 +39,8 @@ class Diagnoser {
   void write(Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
+  std::vector<std::string> foreseeTheRest();
+  bool oneIsForeseen();
   bool isMoreForeseen();
   bool keepsItsPlace(const Settings& others) const;
   bool withdraw(Diagnosis& out);
@@ -68,6 +70,7 @@ class Diagnoser {
   std::optional<Unexplained> law_;           ///< what that has found
   Trial joint_;             ///< the model as it stands, fitted to all runs
   bool joined_ = true;      ///< those with contact are among them
+  bool referred_ = false;   ///< whether references_ are of that model
   CandidateErrors errors_;  ///< its
   bool contact_waited_ = false;  ///< in the last screening
   bool none_near_ = false;       ///< the same

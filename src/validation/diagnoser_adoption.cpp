@@ -19,9 +19,12 @@ constexpr double plain_promise = 200.0;
 constexpr double plain_place = 1000.0;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
 constexpr int most_refits = 3;
-/// Evidence foreseen beside a model below that from which on an effect is looked at all the same, as a share of the residuals: an
-/// effect that is to be seen is far above that, and noise that is coloured by a mode next to instability makes half of it.
-constexpr double worth_a_look = 0.002;
+/// Evidence beside a model below that, as a share of the residuals, that an effect must promise to be looked at all the same, and
+/// have to be adopted: one that is to be seen is far above the former, and noise that is coloured by a mode next to instability makes
+/// half of it (first order promises twice of what a fit then finds).
+constexpr double worth_a_look = 0.002, worth_a_place = 0.0012;
+/// Share of what is above the noise without contact that an effect must promise to be sought before a law.
+constexpr double before_a_law = 0.5;
 /// Mean square of a run through contact, over what the runs without leave, from which on effects that show there are looked at.
 constexpr double more_through_contact = 1.025;
 
@@ -30,7 +33,9 @@ bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.
 }  // namespace
 
 bool Diagnoser::earns(const Trial& trial) const {
-  return trial.usable() && trial.evidence >= least_evidence && bornOut(errors_, trial.errors, adopted_.empty());
+  const bool at_floor = !adopted_.empty() && clean() && !needsContact(trial.effect);
+  const double least = at_floor ? worth_a_place * trial.fit.count : least_evidence;
+  return trial.usable() && trial.evidence >= std::max(least_evidence, least) && bornOut(errors_, trial.errors, adopted_.empty());
 }
 
 /// Whether a look has brought the windows that it took down from far above the noise to next to it: fitted to some windows, an
@@ -55,6 +60,7 @@ Trial Diagnoser::jointly(Settings from, Eigen::VectorXd own, const std::vector<L
 /// The model as it stands with these values of its effects, refitted to all runs.
 void Diagnoser::join(const Settings& from, int iterations) {
   joined_ = true;
+  referred_ = false;
   joint_ = jointly(from, joint_.nuisance(), joint_.local, Through::all, iterations);
   // while the runs without contact lack something, windows through contact go astray for that
   if (candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
@@ -75,6 +81,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   Settings from = effects;
   int iterations = joint_iterations;
   joined_ = true;
+  referred_ = false;
   if (needsContact(effects.back().id)) {
     near = candidates_.approach(effects, start, references_.prior);
     from = near.effects();
@@ -115,29 +122,45 @@ void Diagnoser::joinLate(Diagnosis& out) {
   write(out);
 }
 
-/// What the next candidates are measured against without contact.
+/// What the next candidates are measured against without contact, for the model as it stands.
 void Diagnoser::refer() {
+  if (referred_) return;
+  referred_ = true;
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = throughAll() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
   referWithoutContact(free, joint_);
+}
+
+/// The candidates that are not in the model, with what they promise beside it.
+std::vector<std::string> Diagnoser::foreseeTheRest() {
+  refer();
+  std::vector<std::string> rest;
+  for (const std::string& name : names_)
+    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
+  foresee(candidates_, rest, adopted_, references_);
+  return rest;
+}
+
+/// Whether one effect promises so much of what a stand-in leaves that it is sought before a law.
+bool Diagnoser::oneIsForeseen() {
+  foreseeTheRest();
+  return std::any_of(references_.promises.begin(), references_.promises.end(),
+                     [&](const auto& one) { return one.second.evidence > before_a_law * references_.most(); });
 }
 
 /// Whether an effect promises much beside a model that leaves next to nothing on the runs to validate: it may show in the runs to fit
 /// mostly, or in contact and there in a run whose error goes under in the mean. Only such are then looked at; the references are those
 /// of the model as it stands.
 bool Diagnoser::isMoreForeseen() {
-  refer();
-  std::vector<std::string> rest;
-  for (const std::string& name : names_)
-    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
-  const std::map<std::string, double> promises = foreseen(candidates_, rest, adopted_, references_);
+  const std::vector<std::string> rest = foreseeTheRest();
+  const std::map<std::string, Promise>& promises = references_.promises;
   const FitResult& free = references_.free.fit;
   const double floor = std::max(1.0, free.squares / std::max(1.0, free.count));
   const bool contact = throughAll() && candidates_.worstThroughContact(joint_) > more_through_contact * floor;
   names_.clear();
   for (const std::string& name : rest) {
     const auto promise = promises.find(name);
-    if (needsContact(name) ? contact : promise != promises.end() && promise->second > worth_a_look * free.count) names_.push_back(name);
+    if (needsContact(name) ? contact : promise != promises.end() && promise->second.evidence > worth_a_look * free.count) names_.push_back(name);
   }
   if (names_.empty()) return false;
   candidates_.referThroughContact(references_);
@@ -226,6 +249,7 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
     }
     joint_ = stood;
     joined_ = stood_joined;
+    referred_ = false;
     errors_ = before;
     adopted_ = had;
     out.steps = steps;

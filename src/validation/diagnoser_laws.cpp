@@ -27,11 +27,12 @@ Unexplained Diagnoser::lawBesideNone(LawEffort effort) {
 }
 
 /// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
-/// where no effect earned its place, none that shows in contact only and no pair. Beside one that takes most a second is likelier,
-/// and sought first.
+/// where no effect earned its place, none that shows in contact only and no pair. Where an effect promises most of what is left it is
+/// sought first.
 bool Diagnoser::lawIsPlain(double share) {
-  if (adopted_.empty() ? errors_.validation_error_free < structured_error : !leavesMoreThanDetails(begun_, errors_)) return false;
-  if (hurried() || (!adopted_.empty() && needsContact(adopted_.back().id))) return false;
+  const bool plainly_left = errors_.validation_error_free > structured_error;
+  if (!plainly_left && (adopted_.empty() || !leavesMoreThanDetails(begun_, errors_))) return false;
+  if (hurried() || (!adopted_.empty() && (needsContact(adopted_.back().id) || oneIsForeseen()))) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
   if (law.held_out_gain < (law.terms.empty() ? plain_line : plain_gain)) return false;

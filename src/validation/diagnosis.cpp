@@ -129,13 +129,11 @@ Diagnosis Diagnoser::run() {
   begun_ = errors_;
   begin_ = references_;
   begin_.screen.reset();  // the starts' directions take much room
-  bool referred = false;  // to the model as it stands
   for (int step = 0; step < options_.most_steps && !(step > 0 && hurried()); ++step) {
-    if (step > 0 && !referred) {
+    if (step > 0) {
       refer();
-      if (joined_) candidates_.referThroughContact(references_);
+      if (joined_ && !references_.through_contact) candidates_.referThroughContact(references_);
     }
-    referred = false;
     const double from = 0.1 + 0.8 * step / options_.most_steps, to = 0.1 + 0.8 * (step + 1) / options_.most_steps;
     std::vector<Trial> trials = screen(from, to, true);
     if (step == 0) {
@@ -169,7 +167,6 @@ Diagnosis Diagnoser::run() {
     }
     if (clean() && !strained()) {
       if (step + 1 == options_.most_steps || hurried() || !isMoreForeseen()) break;
-      referred = true;
     } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {
       break;
     }

@@ -171,20 +171,18 @@ std::vector<Model> movedByLittle(const Model& belief, const Settings& start, con
 
 }  // namespace
 
-std::map<std::string, double> foreseen(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted,
-                                       const References& references) {
-  std::map<std::string, double> out;
+void foresee(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted, References& references) {
   const Eigen::VectorXd nuisance = references.free.nuisance();
   const double count = std::max(2.0, references.free.fit.count);
   for (const std::string& effect : names) {
-    if (needsContact(effect)) continue;
-    std::vector<Settings> sized;
+    if (needsContact(effect) || references.promises.count(effect) > 0) continue;
+    Promise promise;
     double gain = 0.0;
     for (const auto& values : startsOf(effect, candidates)) {
       Settings start = adopted;
       start.push_back({effect, values});
       if (!vanishes(start.back(), candidates.belief())) {
-        sized.push_back(std::move(start));
+        promise.starts.push_back(std::move(start));
         continue;
       }
       std::vector<Model> moved;
@@ -192,13 +190,16 @@ std::map<std::string, double> foreseen(const Candidates& candidates, const std::
         for (Model& model : movedByLittle(candidates.belief(), at, nuisance)) moved.push_back(std::move(model));
       gain = std::max(gain, references.screen->gainTogether(moved, !knowsTheAngle(effect)));
     }
-    addSeenShapes(candidates.belief(), nuisance, references, sized);
-    if (!sized.empty())
-      for (const StartGain& one : gainsOf(candidates.belief(), sized, nuisance, references)) gain = std::max(gain, one.gain);
+    promise.sized = promise.starts.size();
+    addSeenShapes(candidates.belief(), nuisance, references, promise.starts);
+    if (!promise.starts.empty()) promise.gains = gainsOf(candidates.belief(), promise.starts, nuisance, references);
+    for (const StartGain& one : promise.gains) gain = std::max(gain, one.gain);
     const double parameters = static_cast<double>(effectCatalogue().find(effect)->parameters.size());
-    if (gain > 0.0) out[effect] = gain - 0.5 * parameters * std::log(count);
+    promise.evidence = gain - 0.5 * parameters * std::log(count);
+    if (gain > 0.0) references.promises[effect] = std::move(promise);
   }
-  return out;
 }
+
+bool isToldByPromise(const std::string& effect) { return isNested(effect) && effectCatalogue().find(effect)->mimic.empty(); }
 
 }  // namespace amb_rotor

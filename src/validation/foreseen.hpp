@@ -43,8 +43,12 @@ std::vector<Model> modelsOf(const Model& belief, const std::vector<Settings>& st
 std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>& starts, const Eigen::VectorXd& nuisance,
                                const References& references);
 
-/// The evidence that each effect promises beside those adopted; those that show in contact only are left out.
-std::map<std::string, double> foreseen(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted,
-                                       const References& references);
+/// What each effect promises beside those adopted, into `references.promises` where it is not there yet. Left out: those that show in
+/// contact only, and those of which no prediction stays finite.
+void foresee(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted, References& references);
+
+/// Whether little promised means little to be had: not of an effect that no start next to nothing stands for, nor of one that a number
+/// of the rig stands in for.
+bool isToldByPromise(const std::string& effect);
 
 }  // namespace amb_rotor

@@ -16,6 +16,8 @@ constexpr double rival_share = 0.3;
 /// The same where the leader leaves nothing through contact.
 constexpr double near_share = 0.9;
 constexpr int judged_stride = 4;
+/// Iterations by which the best look is gone on from before none counts as near.
+constexpr int further_iterations = 5;
 /// Shares of a screening at which looks are over, and fits to the end.
 constexpr double looked_at = 0.6, fitted = 0.85;
 
@@ -57,17 +59,32 @@ void judge(const Candidates& candidates, const Standing& standing, double reach,
   }
 }
 
-/// Share of the evidence of a leader that leaves nothing which another must promise to be looked at beside it, once all have been
-/// valued.
-constexpr double rival_promise = 0.9;
-
 /// Of an effect for which no time was left.
-Trial notLookedAt(const std::string& name, const char* why = "the time limit was reached") {
+Trial notLookedAt(const std::string& name) {
   Trial out;
   out.effect = name;
   out.fit.finite = false;
-  out.note = std::string("not looked at: ") + why;
+  out.note = "not looked at: the time limit was reached";
   return out;
+}
+
+/// The best look without contact, some iterations further: what is far from linear takes little of much at first.
+Trial goneOn(const Candidates& candidates, Trial best, const References& references) {
+  const Eigen::VectorXd own = best.nuisance();
+  Trial more = candidates.fit(best.effects(), &own, best.local, {Through::free, further_iterations});
+  if (!more.usable() || more.fit.chi2 >= best.fit.chi2) return best;
+  more.evidence = candidates.evidence(more, references.free);
+  more.others = std::move(best.others);
+  return more;
+}
+
+/// What leads is then known when those come that cannot.
+void mostPromisedFirst(std::vector<std::string>& names, const References& references) {
+  const auto promised = [&](const std::string& name) {
+    const auto found = references.promises.find(name);
+    return found == references.promises.end() ? 0.0 : found->second.evidence;
+  };
+  std::stable_sort(names.begin(), names.end(), [&](const auto& a, const auto& b) { return promised(a) > promised(b); });
 }
 
 /// Where the reference is plainly off through contact, one short look at each candidate there. Full looks, which take long for
@@ -128,6 +145,8 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     if (holds(standing.adopted, name) || holds(candidates.belief().effects, name)) continue;
     (needsContact(name) ? contact : free).push_back(name);
   }
+  foresee(candidates, free, standing.adopted, references);
+  mostPromisedFirst(free, references);
   const double each = looked_at / std::max<std::size_t>(1, free.size() + contact.size());
   const auto look = [&](const std::string& name, const Leaders& at, const Trial* seen) {
     if (candidates.limit().isUp()) return seen != nullptr ? *seen : notLookedAt(name);
@@ -135,25 +154,18 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     return candidates.look(name, standing.adopted, references, at, seen);
   };
   std::size_t leader = 0;
-  const auto isFarBehind = [&](const std::string& name) {
-    if (!standing.ranked || !leaders.free_settled) return false;
-    const auto promises = foreseen(candidates, {name}, standing.adopted, references);
-    return promises.empty() || promises.begin()->second < rival_promise * leaders.free;
-  };
   for (const std::string& name : free) {
-    if (isFarBehind(name)) {
-      trials.push_back(notLookedAt(name, "far less is foreseen of it than another has"));
-      continue;
-    }
     const double before = leaders.free;
     trials.push_back(look(name, leaders, nullptr));
     leaders.add(trials.back(), references);
     if (leaders.free > before) leader = trials.size() - 1;
   }
   if (standing.stand_in && leaders.noneNear(references)) {  // fits of wrong ones beside wrong ones take the longest
-    out.none_near = true;
     std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; });
-    return out;
+    if (!trials.empty() && trials[0].usable()) leaders.add(trials[0] = goneOn(candidates, std::move(trials[0]), references), references);
+    leader = 0;
+    out.none_near = leaders.noneNear(references);
+    if (out.none_near) return out;
   }
   if (!contact.empty() && !references.through_contact && !leaders.waits(references)) candidates.referThroughContact(references);
   if (candidates.haveContact() && !contact.empty() && contact_may_wait && leaders.free_settled && !leaders.waits(references))

@@ -56,7 +56,7 @@ inline const MadeSet& madeSet(std::uint64_t seed, const std::string& hidden, dou
     }
   };
   static Store store;
-  std::string name = hidden + "_" + std::to_string(seed) + (contact ? "_contact" : "");
+  std::string name = hidden + "_" + std::to_string(seed) + "_" + std::to_string(strength) + (contact ? "_contact" : "");
   for (const auto& run : runs) name += "_" + run;
   auto& slot = store.sets[name];
   if (slot == nullptr) {

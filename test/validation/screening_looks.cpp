@@ -1,0 +1,114 @@
+// What a screening looks at, and what it leaves out: on sets of the generator, with few runs and candidates.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "../../src/validation/screening.hpp"
+#include "../support/made_sets.hpp"
+#include "amb_rotor/validation/ranking.hpp"
+
+namespace amb_rotor {
+namespace {
+
+const std::vector<std::string> free_runs = {"chirp_1", "step_1", "steady_1", "steady_2", "chirp_4"};
+
+/// Candidates beside a set's belief.
+struct Beside {
+  Candidates candidates;
+  Settings adopted;
+  References references;
+  CandidateErrors errors;
+
+  explicit Beside(const MadeSet& set) : candidates(set.dataset.belief, set.dataset) {
+    Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+    references = candidates.referencesWithoutContact(free, free);
+    const double level = std::max(1.0, free.fit.squares / free.fit.count);
+    references.worth = 0.5 * least_excess_share * (free.fit.squares - free.fit.count) / level;
+    errors = candidates.judge(free, false, Judging::anew);
+  }
+  Screening screened(const std::vector<std::string>& names, bool ranked, bool stand_in) {
+    const Standing standing = {adopted, references, errors, ranked, stand_in};
+    order.clear();
+    return screen(candidates, names, standing, true, [this](double, const std::string& what) { order.push_back(what); });
+  }
+  std::vector<std::string> order;  ///< in which the last screening looked
+};
+
+const Trial& trialOf(const Screening& screening, const std::string& effect) {
+  return *std::find_if(screening.trials.begin(), screening.trials.end(), [&](const Trial& t) { return t.effect == effect; });
+}
+
+TEST(ScreeningLooks, BesideOneThatLeavesNothingOnlyWhatPromisesAsMuchIsLookedAtAgain) {
+  Beside beside(madeSet(3, "amplifier_lag", 1.5, false, free_runs));
+  const std::vector<std::string> names = {"amplifier_lag", "static_load", "motor_magnetic_pull"};
+  const Screening again = beside.screened(names, true, false);
+  EXPECT_GT(trialOf(again, "amplifier_lag").evidence, 1000.0);
+  for (const char* far : {"static_load", "motor_magnetic_pull"}) {
+    EXPECT_FALSE(trialOf(again, far).usable()) << far;
+    EXPECT_NE(trialOf(again, far).note.find("far less is foreseen"), std::string::npos) << trialOf(again, far).note;
+  }
+  for (const Trial& trial : beside.screened(names, false, false).trials) EXPECT_TRUE(trial.usable()) << trial.effect << ": the first time all are valued";
+}
+
+/// At one speed a bow and a runout are next to the same.
+TEST(ScreeningLooks, ATwinOfOneThatLeavesNothingIsLookedAtAgain) {
+  Beside beside(madeSet(3, "shaft_bow", 3.0, false, {"steady_1", "steady_4"}));
+  const Screening again = beside.screened({"shaft_bow", "static_load", "sensor_runout"}, true, false);
+  EXPECT_GT(trialOf(again, "shaft_bow").evidence, 1000.0);
+  EXPECT_GT(trialOf(again, "sensor_runout").evidence, 1000.0);
+  EXPECT_FALSE(trialOf(again, "static_load").usable());
+}
+
+TEST(ScreeningLooks, NothingIsFollowedBesideAStandInWhereNoneComesNear) {
+  Beside beside(madeSet(3, "amplifier_lag", 1.5, false, free_runs));
+  ASSERT_GT(beside.references.free.fit.squares, 2.0 * beside.references.free.fit.count) << "there is something to come near to";
+  for (const bool stand_in : {true, false}) {
+    const Screening without = beside.screened({"foundation_resonance", "motor_magnetic_pull"}, true, stand_in);
+    EXPECT_EQ(without.none_near, stand_in);
+    EXPECT_EQ(trialOf(without, "foundation_resonance").errors.validation_error_free >= 0.0, !stand_in) << "judged where it was followed only";
+  }
+  EXPECT_FALSE(beside.screened({"static_load", "amplifier_lag"}, true, true).none_near);
+}
+
+/// The first screening goes by what is promised: what cannot lead is then known by it.
+TEST(ScreeningLooks, WhatPromisesMostComesFirstAndWhatPromisesLittleHasAGlance) {
+  Beside beside(madeSet(3, "amplifier_lag", 1.5, false, free_runs));
+  const Screening screening = beside.screened({"static_load", "motor_magnetic_pull", "amplifier_lag"}, false, false);
+  EXPECT_EQ(beside.order.front(), "amplifier_lag");
+  for (const char* far : {"static_load", "motor_magnetic_pull"}) {
+    EXPECT_TRUE(trialOf(screening, far).usable()) << far;
+    EXPECT_EQ(trialOf(screening, far).fit.iterations, 1) << far;
+  }
+}
+
+/// A delay in the place of a lag leaves something, but a load promises next to nothing of what the delay takes.
+TEST(ScreeningLooks, BesideALeaderThatLeavesSomethingWhatPromisesLittleOfItWaits) {
+  Beside beside(madeSet(3, "amplifier_lag", 1.5, false, free_runs));
+  const Screening again = beside.screened({"control_delay", "static_load", "magnetic_saturation"}, true, false);
+  EXPECT_GT(trialOf(again, "control_delay").evidence, 1000.0);
+  EXPECT_GT(trialOf(again, "control_delay").fit.squares, 1.1 * trialOf(again, "control_delay").fit.count) << "it leaves something";
+  EXPECT_FALSE(trialOf(again, "static_load").usable());
+  EXPECT_TRUE(trialOf(again, "magnetic_saturation").usable()) << "another stands in for it: little is told by its promise";
+}
+
+/// A lag that makes eight times the noise is far from linear: two iterations take 14 % of what it makes.
+TEST(ScreeningLooks, TheRightOneComesNearThoughItsFirstLookDoesNot) {
+  Beside beside(madeSet(3, "amplifier_lag", 6.0, false, free_runs));
+  ASSERT_GT(beside.references.free.fit.squares, 50.0 * beside.references.free.fit.count);
+  const Screening screening = beside.screened({"static_load", "amplifier_lag"}, true, true);
+  EXPECT_FALSE(screening.none_near);
+  EXPECT_LT(trialOf(screening, "amplifier_lag").fit.squares, 1.1 * trialOf(screening, "amplifier_lag").fit.count);
+}
+
+TEST(ScreeningLooks, WhatIsThereThroughContactIsFittedWhenItIsAskedFor) {
+  Beside beside(madeSet(2700099, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1", "chirp_4", "rub_2"}));
+  EXPECT_FALSE(beside.references.through_contact);
+  beside.screened({"static_load"}, true, false);
+  EXPECT_FALSE(beside.references.through_contact) << "nobody asked";
+  const Screening screening = beside.screened({"static_load", "auxiliary_bearing_misalignment"}, true, false);
+  EXPECT_TRUE(beside.references.through_contact);
+  EXPECT_GT(trialOf(screening, "auxiliary_bearing_misalignment").evidence, 1000.0);
+}
+
+}  // namespace
+}  // namespace amb_rotor
