@@ -33,8 +33,8 @@ std::vector<std::string> likeliestFirst(std::vector<std::string> names, const st
 /// stays last. Then the others, by their evidence: what takes long and may be it does not wait for those that cannot.
 std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
-/// @param names             in the order in which they are looked at, those without contact before the others, which short looks
-///                          may bring into another; what comes late and can no longer lead costs less
+/// @param names             those without contact are looked at first, by what they promise (foreseen.hpp), then the others, in an order
+///                          into which short looks may bring them; what comes late and can no longer lead costs less
 /// @param contact_may_wait  whether candidates through contact are left out where Leaders::waits() says so
 /// @param progress          a share of the step, and what is looked at
 Screening screen(Candidates& candidates, const std::vector<std::string>& names, const Standing& standing,

@@ -6,6 +6,7 @@ import pytest
 
 pytest.importorskip("amb_rotor._core")
 
+from amb_rotor.cli.diagnose import print_diagnosis  # noqa: E402
 from amb_rotor.report import law  # noqa: E402
 
 RATE, TURN = 10000.0, 2 * numpy.pi
@@ -81,3 +82,13 @@ def test_what_repeats_in_time_does_so_at_the_frequency_found():
 
 def test_a_line_with_a_phase_of_each_runs_own_has_no_picture():
     assert law.law_curves(unexplained(["time"]), [run_of()]) == []
+
+
+@pytest.mark.parametrize(("gain", "said"), [(0.985, "takes 98.5 %"), (0.0, None)])
+def test_the_console_tells_what_a_law_takes_where_it_was_tried(capsys, gain, said):
+    """Where only contact is left there is no law, and no share to tell."""
+    told = unexplained(["position"]) | {"shape": "a force where the clearance is used up", "held_out_gain": gain}
+    print_diagnosis({"verdict": "unknown", "sentences": [], "baseline": {"validation_error": 2.0}, "steps": [], "ranking": [],
+                     "unexplained": told, "remarks": []})
+    line, = [one for one in capsys.readouterr().out.splitlines() if one.startswith("unexplained:")]
+    assert (said in line) if said else "%" not in line

@@ -98,6 +98,40 @@ TEST(PredictedPacks, ALaneThatIsTurnedBesideAPathGoesAsOnThePathTurned) {
   }
 }
 
+/// More machines than a pack holds, each with a chirp of its own size: as if each went alone with that as the stretch's.
+TEST(PredictedPacks, EachLaneFollowsItsOwnExcitation) {
+  const Model model = levitated();
+  const std::size_t count = static_cast<std::size_t>(predictionLanes()) + 2;
+  Stretch stretch;
+  stretch.record_rate_hz = 10000.0;
+  stretch.last = 1000;
+  const std::size_t rows = static_cast<std::size_t>(stretch.last) * predicted_channels;
+  std::vector<HeldExcitation> own(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    own[k].rate_hz = stretch.record_rate_hz;
+    for (long i = 0; i < stretch.last; ++i) own[k].axis[k % 4].push_back(0.02 * (1.0 + k) * std::sin(1e-4 * i * i));
+  }
+  std::vector<double> together(rows * count), alone(rows);
+  std::vector<LaneJob> jobs(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    jobs[k].model = &model;
+    jobs[k].excitation = &own[k];
+    jobs[k].out = together.data() + k * rows;
+  }
+  predict(stretch, jobs);
+  for (std::size_t k = 0; k < count; ++k) {
+    std::vector<LaneJob> single(1);
+    single[0].model = &model;
+    single[0].out = alone.data();
+    stretch.excitation = &own[k];
+    predict(stretch, single);
+    ASSERT_TRUE(jobs[k].finite && single[0].finite);
+    ASSERT_GT(lengthOf(alone), 0.0);
+    // the same operations in another lane
+    for (std::size_t i = 0; i < rows; ++i) ASSERT_DOUBLE_EQ(together[k * rows + i], alone[i]) << "machine " << k << ", number " << i;
+  }
+}
+
 TEST(PredictedPacks, IronSaturatesInThemAsInOneMachine) {
   // wide packs take a fourth root by an estimate and Newton's steps; after one step 4e-8 of the flux are left
   Model iron = withUnbalance(levitated(), 3e-5, 0.5, 0.02);

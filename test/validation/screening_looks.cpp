@@ -84,14 +84,14 @@ TEST(ScreeningLooks, WhatPromisesMostComesFirstAndWhatPromisesLittleHasAGlance) 
 /// A delay in the place of a lag leaves something, but a load promises next to nothing of what the delay takes.
 TEST(ScreeningLooks, BesideALeaderThatLeavesSomethingWhatPromisesLittleOfItWaits) {
   Beside beside(madeSet(3, "amplifier_lag", 1.5, false, free_runs));
-  const Screening again = beside.screened({"control_delay", "static_load", "magnetic_saturation"}, true, false);
+  const Screening again = beside.screened({"control_delay", "static_load", "magnetic_nonlinearity"}, true, false);
   EXPECT_GT(trialOf(again, "control_delay").evidence, 1000.0);
   EXPECT_GT(trialOf(again, "control_delay").fit.squares, 1.1 * trialOf(again, "control_delay").fit.count) << "it leaves something";
   EXPECT_FALSE(trialOf(again, "static_load").usable());
-  EXPECT_TRUE(trialOf(again, "magnetic_saturation").usable()) << "another stands in for it: little is told by its promise";
+  EXPECT_TRUE(trialOf(again, "magnetic_nonlinearity").usable()) << "no start of it is next to nothing: little is told by its promise";
 }
 
-/// A lag that makes eight times the noise is far from linear: two iterations take 14 % of what it makes.
+/// A lag that makes eight times the noise is far from linear: two iterations do not come near what it makes.
 TEST(ScreeningLooks, TheRightOneComesNearThoughItsFirstLookDoesNot) {
   Beside beside(madeSet(3, "amplifier_lag", 6.0, false, free_runs));
   ASSERT_GT(beside.references.free.fit.squares, 50.0 * beside.references.free.fit.count);

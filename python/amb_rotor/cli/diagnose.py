@@ -89,8 +89,9 @@ def print_diagnosis(diagnosis: dict, told: list[str] | tuple = ()) -> None:
               f"(the wrong one leaves {experiment['separation']:.2g} times the noise)")
     unexplained = diagnosis["unexplained"]
     if unexplained["depends_on"]:
-        print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']} "
-              f"({100 * unexplained['held_out_gain']:.3g} % of what is left on runs that it was not fitted to)")
+        gain = unexplained["held_out_gain"]
+        takes = f" (takes {100 * gain:.3g} % of what is left on runs that it was not fitted to)" if gain > 0 else ""
+        print(f"unexplained: depends on {', '.join(unexplained['depends_on'])}: {unexplained['shape']}{takes}")
     for remark in diagnosis["remarks"]:
         if remark not in told:
             print(f"remark: {remark}")

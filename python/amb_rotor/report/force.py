@@ -40,9 +40,13 @@ def ends(a: numpy.ndarray, b: numpy.ndarray, here: tuple, there: tuple) -> tuple
     return tuple(a + (z - here[0]) * slope for z in there)
 
 
+def holds_contact(run: dict) -> bool:
+    return run["kind"] in ("rub", "drop")
+
+
 def missing_force(run: dict, model) -> dict | None:
     """Force [N], position [m] and velocity [m/s] at both bearings (arrays of end, axis, instant), and the shaft's angle."""
-    if model.amb_model != "linear" or min(run["noise"]) <= 0 or run["kind"] in ("rub", "drop"):
+    if model.amb_model != "linear" or min(run["noise"]) <= 0 or holds_contact(run):
         return None
     fields = model.fields
     m, inertia, polar, ki, ks = (fields[path] for path in _FIELDS.values())

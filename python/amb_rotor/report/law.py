@@ -3,7 +3,8 @@
 The law is `force_law` of the catalogue with the terms that were found. A vector (position, velocity, control current)
 points along x; what is not on the axis of a picture is 0 in the first curve and at the end of its range, along x, in the
 second, which shows products. Ranges are those of the runs without contact (99.5 % of the samples): beyond them a law that
-was fitted says nothing. At end a; terms that tilt the rotor have the other sign at end b.
+was fitted says nothing. At end a, displacement and velocity as far as its sensors saw them go; terms that tilt the rotor have
+the other sign at end b.
 """
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ _AXES = {"position": ("position", True, "displacement along x [µm]", 1e6, -1.0)
 
 def reaches(runs: list[dict]) -> dict:
     """How far each quantity went, in SI, in runs without contact where there are any."""
-    quiet = [run for run in runs if run["kind"] not in ("rub", "drop")] or runs
+    quiet = [run for run in runs if not force.holds_contact(run)] or runs
     found = {name: 0.0 for name in _AXES} | {"shaft angle": 2.0 * numpy.pi}
 
     def take(name, values):
@@ -47,8 +48,8 @@ def reaches(runs: list[dict]) -> dict:
 
 
 def law_curves(unexplained: dict, runs: list[dict]) -> list[dict]:
-    """For each quantity of the law {quantity, axis, x, curves: [{name, x, y}]}: F_x and F_y [N] over it. Empty where there is
-    no law by terms (a line of fixed frequency has none)."""
+    """For each quantity of the law {quantity, axis, at, curves: [{name, x, y}]}: where it is evaluated, in the unit of its axis,
+    and F_x and F_y [N] there. Empty where there is no law by terms (a line of fixed frequency has none)."""
     from amb_rotor import _core
     terms = {term["term"]: term["coefficient"] for term in unexplained["terms"]}
     shown = [name for name in _AXES if name in unexplained["depends_on"]]
