@@ -12,9 +12,10 @@
 namespace amb_rotor::making {
 namespace {
 
-constexpr double least_run_in_s = 0.4, longest_run_in_s = 4.0;
+constexpr double least_run_in_s = 0.2, longest_run_in_s = 4.0;
 constexpr double tolerance = 1e-7;
-/// A run-in twice as long may move the start of a recording by so much [m, rad], a fraction of any sensor's noise.
+/// A run-in twice as long may move the start of a recording by so much [m, rad], a fraction of any sensor's noise; at
+/// standstill the second half of one.
 constexpr double settled = 2e-9;
 /// Beyond this multiple of the clearance a run is not sound.
 constexpr double lost = 5.0;
@@ -111,7 +112,7 @@ class LawStepper {
   std::unique_ptr<EventIntegrator> integrator_;
 };
 
-/// Seven time constants of the weakest damped mode: what has not died out would stand in the recording.
+/// Half of seven time constants of the weakest damped mode: twice as long is tried in any case.
 double runInOf(const Model& model) {
   double longest = least_run_in_s;
   for (const auto& effect : model.effects)
@@ -119,9 +120,9 @@ double runInOf(const Model& model) {
       const EffectSchema* schema = effectCatalogue().find(effect.id);
       const double decay =
           radPerSecond(effect.values[schema->indexOf("frequency_hz")]) * effect.values[schema->indexOf("damping_ratio")];
-      longest = std::max(longest, 7.0 / std::max(decay, 1e-9));
+      longest = std::max(longest, 3.5 / std::max(decay, 1e-9));
     }
-  return std::min(longest, longest_run_in_s);
+  return std::min(longest, 0.5 * longest_run_in_s);
 }
 
 bool pushes(Law law) { return law != Law::none && law != Law::sensor_dead_zone; }
@@ -150,8 +151,11 @@ class Way {
   /// The settled state at the start, by run-ins twice as long until that changes nothing: a loop may be weakly damped.
   bool settle(MachineState<double>& state) {
     std::vector<double> before;
+    const bool stands = path_.at(0.0).speed == 0.0;
     for (double run_in_s = runInOf(truth_.model);; run_in_s *= 2.0) {
-      if (!runIn(run_in_s, state)) return false;
+      double stirred = 0.0;
+      if (!runIn(run_in_s, state, stirred)) return false;
+      if (stands && stirred < settled) return true;
       double moved = before.empty() ? 1.0 : 0.0;
       for (std::size_t i = 0; i < before.size(); ++i) moved = std::max(moved, std::fabs(state.mechanics[i] - before[i]));
       if (moved < settled || run_in_s >= longest_run_in_s) return true;
@@ -205,7 +209,8 @@ class Way {
   }
 
  private:
-  bool runIn(double run_in_s, MachineState<double>& state) {
+  /// @param stirred  how far a coordinate was from where it ends, in the second half
+  bool runIn(double run_in_s, MachineState<double>& state, double& stirred) {
     const ShaftInstant start = path_.at(0.0);
     const ConstantShaft shaft(start.angle, start.speed);
     Drive<double> drive = drive_;
@@ -218,7 +223,16 @@ class Way {
     sim.settleLags(run_in_s);
     const long first = -std::lround(run_in_s * sample_rate_hz);
     state = sim.atRest(first / sample_rate_hz);
-    const bool sound = samples(sim, drive, state, first, 0, nullptr, [](const Record<double>&) {});
+    const int n = machine_.coordinates();
+    std::vector<double> least(n, 1e300), most(n, -1e300);
+    const auto sink = [&](const Record<double>& seen) {
+      for (int i = 0; 2 * seen.index > first && i < n; ++i) {
+        least[i] = std::min(least[i], seen.state->mechanics[i]);
+        most[i] = std::max(most[i], seen.state->mechanics[i]);
+      }
+    };
+    const bool sound = samples(sim, drive, state, first, 0, nullptr, sink);
+    for (int i = 0; i < n; ++i) stirred = std::max({stirred, most[i] - state.mechanics[i], state.mechanics[i] - least[i]});
     state.next_record = 0;
     if (machine_.spin() != Spin::prescribed) {
       state.mechanics[machine_.stateSize() - 2] = start.angle;
@@ -306,13 +320,20 @@ bool isStable(const TrueMachine& machine, double speed_hz) {
     RunPlan plan;
     plan.samples = samples;
     plan.speed_hz = speed;
-    const Signals quiet = runMachine(machine, plan, nullptr);
+    Signals quiet, kicked;
+    MachineState<double> settled_state;
+    {
+      Way way(machine, plan);
+      quiet.sound = way.settle(settled_state);
+      MachineState<double> state = settled_state;
+      quiet.sound = quiet.sound && way.follow(state, 0, plan.samples, nullptr, quiet, false);
+    }
     plan.excitation.rate_hz = sample_rate_hz;
     const auto& rig = machine.model.rig;
     const double amplitude =
         0.2 * rig.auxiliary_bearing.clearance_m * netStiffness(machine.model) / rig.amb.current_stiffness_N_per_A;
     for (int a : {0, 3}) plan.excitation.axis[a].assign(kick, a == 0 ? amplitude : 0.7 * amplitude);
-    const Signals kicked = runMachine(machine, plan, nullptr);
+    kicked.sound = quiet.sound && Way(machine, plan).follow(settled_state, 0, plan.samples, nullptr, kicked, false);
     if (!quiet.sound || !kicked.sound || quiet.touched || kicked.touched) return false;
     double peak = 0.0, end = 0.0;
     for (int a = 0; a < 4; ++a)
