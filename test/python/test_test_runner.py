@@ -83,9 +83,12 @@ sys.exit(1)""")
 def test_the_longest_programs_begin_first_and_every_shard_is_run(tree):
     for name in ("test_convergence", "test_unit", "test_validation"):
         google_program(tree, "", name)
-    found = programs.google_tests(tree / "build", tree, programs.Selection(), shards=2)
+    found = programs.google_tests(tree / "build", tree, programs.Selection(), jobs=2)
     assert [(one.name, one.environment["GTEST_SHARD_INDEX"]) for one in found] == [
-        (name, shard) for name in ("test_validation", "test_unit", "test_convergence") for shard in "01"]
+        *(("test_validation", shard) for shard in "0123"),
+        *((name, shard) for name in ("test_unit", "test_convergence") for shard in "01")]
+    assert {(one.name, one.environment["GTEST_TOTAL_SHARDS"]) for one in found} == {
+        ("test_validation", "4"), ("test_unit", "2"), ("test_convergence", "2")}
 
 
 def test_a_hang_is_a_failure(tree, monkeypatch):

@@ -19,6 +19,9 @@ TIME_LIMIT = {"unit": 900, "python": 1200, "ros": 240}
 # Begun first: what takes long and begins last leaves the other cores idle at the end.
 LONGEST = ("test_validation", "test_unit", "test_reference")
 
+# Shards for each job: made sets are shared within a shard only, but one that ends late leaves the other cores idle.
+SHARDS_PER_JOB = {"test_validation": 2}
+
 
 @dataclasses.dataclass(frozen=True)
 class Selection:
@@ -60,8 +63,8 @@ def _read_whole(xml: pathlib.Path, program: str, status: int, output: str,
 
 
 def google_tests(build: pathlib.Path, results: pathlib.Path, selection: Selection,
-                 shards: int) -> list[Program]:
-    """The executables in BUILD/test, the longest first, each in as many shards as there are cores."""
+                 jobs: int) -> list[Program]:
+    """The executables in BUILD/test, the longest first, each in as many shards as there are jobs or more."""
     pattern = f"*{selection.keyword}*" if selection.keyword else "*"
     if selection.quick:
         pattern += "-*Slow*:*slow*"
@@ -71,6 +74,7 @@ def google_tests(build: pathlib.Path, results: pathlib.Path, selection: Selectio
     for executable in sorted(executables, key=lambda path: (rank.get(path.name, len(rank)), path.name)):
         if not (executable.is_file() and os.access(executable, os.X_OK)):
             continue
+        shards = jobs * SHARDS_PER_JOB.get(executable.name, 1)
         for shard in range(shards):
             folder = results / f"{executable.name}-{shard}"
             xml = folder / "results.xml"

@@ -94,7 +94,7 @@ def _gather(selection: Selection, jobs: int) -> tuple[list[Program], list[Result
     if "python" in selection.kinds:  # first: it is the longest, and runs beside the others
         programs += collect.python_tests(root, folder, selection)
     if "unit" in selection.kinds:
-        programs += collect.google_tests(build, folder, selection, shards=jobs)
+        programs += collect.google_tests(build, folder, selection, jobs)
     if "ros" in selection.kinds:
         ros_programs, skipped = collect.ros_tests(root, build, folder, selection)
         programs += ros_programs
