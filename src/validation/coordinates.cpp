@@ -60,9 +60,11 @@ void stateOnce(const std::vector<ParameterSchema>& parameters, const Model& beli
   }
 }
 
-/// An unbalance goes with its phase as a vector and adds to others; what else is uncertain by a share multiplies.
+/// Inertia, magnets' stiffnesses and unbalances are what the forces of a rotor without contact are linear in: as they are, a valley
+/// along which all of them grow by one factor is straight. What else is uncertain by a share multiplies.
 bool isFactor(const std::string& name, double value) {
-  return !isAbsolute(name) && name != "unbalance.moment_kg_m" && value > 0.0;
+  const auto isOf = [&](const char* group) { return name.rfind(group, 0) == 0; };
+  return !isOf("rotor.") && !isOf("amb.") && !isOf("unbalance.") && value > 0.0;
 }
 
 }  // namespace

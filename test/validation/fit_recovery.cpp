@@ -66,7 +66,7 @@ TEST(FitTest, TheValleyOfGainAgainstKiIsWalkedToItsEnd) {
   std::vector<LocalState> local(set.recordings.size());
   Eigen::VectorXd start = space.start();
   for (int k = 0; k < space.nuisances(); ++k) {
-    if (space.coordinates()[k].name == "amb.current_stiffness_N_per_A") start[k] -= std::log(factor);
+    if (space.coordinates()[k].name == "amb.current_stiffness_N_per_A") start[k] /= factor;
     if (space.coordinates()[k].name == "unbalance.moment_kg_m") start[k] /= factor;
   }
   FitOptions options;

@@ -10,10 +10,10 @@ struct SensorGainError {
   static EffectSchema schema() {
     return {"sensor_gain_error", "the sensitivity of a sensor is off",
             "any motion; told from a force error by the ratio of displacement to current",
-            {parameter("factor_ax", "1", 0.2, 5.0, 1.03, 1.0, "end A, x"),
-             parameter("factor_ay", "1", 0.2, 5.0, 1.03, 1.0, "end A, y"),
-             parameter("factor_bx", "1", 0.2, 5.0, 1.03, 1.0, "end B, x"),
-             parameter("factor_by", "1", 0.2, 5.0, 1.03, 1.0, "end B, y")},
+            {parameter("factor_ax", "1", 0.2, 5.0, 1.03, 1.0, "end A, x", ParameterRole::reciprocal),
+             parameter("factor_ay", "1", 0.2, 5.0, 1.03, 1.0, "end A, y", ParameterRole::reciprocal),
+             parameter("factor_bx", "1", 0.2, 5.0, 1.03, 1.0, "end B, x", ParameterRole::reciprocal),
+             parameter("factor_by", "1", 0.2, 5.0, 1.03, 1.0, "end B, y", ParameterRole::reciprocal)},
             false};
   }
 

@@ -1,8 +1,10 @@
 #pragma once
 // The numbers that a fit may change, and the model that belongs to them.
 //
-// Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior; factors (mass, Ki, contact
-// stiffness) by their logarithm, so that a product which the data fix, as Ki times a sensor's gain, is a straight valley.
+// Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior. Inertia, magnets' stiffnesses and
+// unbalances as they are: a rotor without contact moves as it does where all of them grow by one factor, and what runs do not tell
+// is then a straight valley, along which the beliefs alone decide. So are Ki and unbalance with a gain that all sensors share, which
+// goes by its reciprocal. Contact's numbers by their logarithm.
 // An effect's parameters:
 // positive ones with a lower limit above 0 by their logarithm, those that are
 // neutral at their upper limit by 1/sqrt (a half-order lag's corner: the motion is linear in it next to neutral), an amplitude with its phase as a vector
