@@ -20,8 +20,12 @@ struct ForceLaw {
     position_cube,
     position_fourth,
     position_axes,
+    position_mixed,
     position_axes_cube,
     velocity,
+    velocity_axes,
+    velocity_mixed,
+    velocity_cross,
     velocity_square,
     velocity_axes_square,
     velocity_sign,
@@ -53,6 +57,9 @@ struct ForceLaw {
     speed_square_x,
     speed_square_y,
     current,
+    current_axes,
+    current_mixed,
+    current_cross,
     current_square,
     current_cube,
     current_axes_cube,
@@ -94,8 +101,12 @@ struct ForceLaw {
     add("position_cube_N_per_m3", "N/m3", -1e12, "position: |p|^2 p");
     add("position_fourth_N_per_m4", "N/m4", -1e16, "position: |p|^3 p");
     add("position_axes_N_per_m", "N/m", -1e3, "position: (p_x, -p_y)");
+    add("position_mixed_N_per_m", "N/m", -1e3, "position: (p_y, p_x)");
     add("position_axes_cube_N_per_m3", "N/m3", -1e12, "position: (p_x^3, p_y^3)");
     add("velocity_N_s_per_m", "N s/m", -3.0, "velocity: v");
+    add("velocity_axes_N_s_per_m", "N s/m", -3.0, "velocity: (v_x, -v_y)");
+    add("velocity_mixed_N_s_per_m", "N s/m", -3.0, "velocity: (v_y, v_x)");
+    add("velocity_cross_N_s_per_m", "N s/m", 3.0, "velocity: v'");
     add("velocity_square_N_s2_per_m2", "N s2/m2", -3e2, "velocity: |v| v");
     add("velocity_axes_square_N_s2_per_m2", "N s2/m2", -3e2, "velocity: (|v_x| v_x, |v_y| v_y)");
     add("velocity_sign_N", "N", -0.1, "velocity: v/|v|");
@@ -129,6 +140,9 @@ struct ForceLaw {
     add("speed_square_x_N_s2", "N s2", 1e-6, "spin speed: W^2 e_x");
     add("speed_square_y_N_s2", "N s2", 1e-6, "spin speed: W^2 e_y");
     add("current_N_per_A", "N/A", 1.0, "control current: i");
+    add("current_axes_N_per_A", "N/A", 1.0, "control current: (i_x, -i_y)");
+    add("current_mixed_N_per_A", "N/A", 1.0, "control current: (i_y, i_x)");
+    add("current_cross_N_per_A", "N/A", 1.0, "control current: i'");
     add("current_square_N_per_A2", "N/A2", 1.0, "control current: |i| i");
     add("current_cube_N_per_A3", "N/A3", 1.0, "control current: |i|^2 i");
     add("current_axes_cube_N_per_A3", "N/A3", 1.0, "control current: (i_x^3, i_y^3)");
@@ -174,6 +188,8 @@ struct ForceLaw {
       case cross_speed:
       case velocity_cross_speed:
       case current:
+      case current_axes:
+      case current_cross:
       case antisym_position:
       case antisym_velocity:
       case antisym_cross:
@@ -248,10 +264,18 @@ struct ForceLaw {
             return square * radius * p;
           case position_axes:
             return {p.x, -p.y};
+          case position_mixed:
+            return {p.y, p.x};
           case position_axes_cube:
             return {p.x * p.x * p.x, p.y * p.y * p.y};
           case velocity:
             return v;
+          case velocity_axes:
+            return {v.x, -v.y};
+          case velocity_mixed:
+            return {v.y, v.x};
+          case velocity_cross:
+            return {-v.y, v.x};
           case velocity_square:
             return rate * v;
           case velocity_axes_square:
@@ -314,6 +338,12 @@ struct ForceLaw {
             return {zero, w * w};
           case current:
             return i;
+          case current_axes:
+            return {i.x, -i.y};
+          case current_mixed:
+            return {i.y, i.x};
+          case current_cross:
+            return {-i.y, i.x};
           case current_square:
             return squareRoot(i.dot(i) + S(1e-24)) * i;
           case current_cube:
