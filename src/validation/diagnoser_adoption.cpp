@@ -82,6 +82,7 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
   int iterations = joint_iterations;
   joined_ = true;
   referred_ = false;
+  bool stays = false;
   if (needsContact(effects.back().id)) {
     near = candidates_.approach(effects, start, references_.prior);
     from = near.effects();
@@ -90,12 +91,13 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     from = near.effects();
     iterations = joint_iterations_behind_free;
     const bool structure = candidates_.judge(near, false, Judging::anew).validation_error_free > structured_error;
-    joined_ = !candidates_.haveContact() || std::any_of(from.begin(), from.end(), isThroughContact) ||
-              (!structure && !staysAstrayThroughContact(near));
+    const bool by_contact = candidates_.haveContact() && std::none_of(from.begin(), from.end(), isThroughContact);
+    stays = by_contact && !structure && staysAstrayThroughContact(near);
+    joined_ = !by_contact || (!structure && !stays);
   }
   joint_ = std::move(near);
   if (!throughAll()) errors_ = candidates_.judge(joint_, true, joined_ ? Judging::anew : Judging::glance);
-  if (throughAll() || (!joined_ && !structured())) join(from, iterations);
+  if (throughAll() || (!joined_ && !stays && !structured())) join(from, iterations);
   if (std::any_of(effects.begin(), effects.end(), isThroughContact)) {
     const Eigen::VectorXd stood = joint_.fit.x;
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
@@ -176,9 +178,9 @@ bool Diagnoser::keepsItsPlace(const Settings& others) const {
          (!clean() || bornOut(candidates_.judge(without, false, Judging::anew), errors_, false));
 }
 
-/// Takes an earlier step back that the later ones have made needless.
+/// Takes an earlier step back that the later ones have made needless: also where the time for more steps is over.
 bool Diagnoser::withdraw(Diagnosis& out) {
-  if (adopted_.size() < 2 || hurried()) return false;
+  if (adopted_.size() < 2 || candidates_.limit().isLongUp()) return false;
   for (std::size_t i = 0; i + 1 < adopted_.size(); ++i) {
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <set>
+#include <thread>
 
+#include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
 #include "../support/own_effect.hpp"
 #include "amb_rotor/validation/diagnosis.hpp"
@@ -68,23 +71,41 @@ TEST(DiagnosisPairsTest, TwoThatNeitherAloneHelpsAreFoundTogether) {
   }
 }
 
-TEST(DiagnosisPairsTest, AStepThatTheLaterOnesMakeNeedlessIsTakenBack) {
-  // what is there: s + t. One candidate is nearly that, with a third force of its own: it comes first with 96
-  // % of the squares, and neither s nor t alone helps beside it; together they explain all, and it is
-  // needless.
-  ownForce("part_first", 5.7, "c * sin(195 * time)", "0");
-  ownForce("part_second", 5.0, "c * sin(295 * time)", "0");
-  ownForce("nearly_both", 1.0, "c * (sin(195 * time) + sin(295 * time) + 0.3 * sin(425 * time))", "0");
-  const TwoEffects set("part_first", "part_second", 8.0, runs_with_a_chirp);
+/// What is there: s + t. One candidate is nearly that, with a third force of its own: it comes first with 96 % of the squares, and
+/// neither s nor t alone helps beside it; together they explain all, and it is needless.
+class NeedlessStepTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ownForce("part_first", 5.7, "c * sin(195 * time)", "0");
+    ownForce("part_second", 5.0, "c * sin(295 * time)", "0");
+    ownForce("nearly_both", 1.0, "c * (sin(195 * time) + sin(295 * time) + 0.3 * sin(425 * time))", "0");
+    options.candidates = {"part_first", "part_second", "nearly_both"};
+  }
+  void expectItIsTakenBack() {
+    const TwoEffects set("part_first", "part_second", 8.0, runs_with_a_chirp);
+    found = diagnose(set.dataset.belief, set.dataset, options);
+    ASSERT_FALSE(found.ranking.empty());
+    EXPECT_EQ(found.ranking[0].effect, "nearly_both") << "it is adopted first";
+    EXPECT_EQ(found.withdrawn, std::vector<std::string>{"nearly_both"});
+    EXPECT_EQ(added(found), (std::set<std::string>{"part_first", "part_second"}));
+    EXPECT_EQ(found.verdict, "effect");
+    EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
+  }
   DiagnosisOptions options;
-  options.candidates = {"part_first", "part_second", "nearly_both"};
-  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
-  ASSERT_FALSE(found.ranking.empty());
-  EXPECT_EQ(found.ranking[0].effect, "nearly_both") << "it is adopted first";
-  EXPECT_EQ(found.withdrawn, std::vector<std::string>{"nearly_both"});
-  EXPECT_EQ(added(found), (std::set<std::string>{"part_first", "part_second"}));
-  EXPECT_EQ(found.verdict, "effect");
-  EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
+  Diagnosis found;
+};
+
+TEST_F(NeedlessStepTest, IsTakenBack) { expectItIsTakenBack(); }
+
+TEST_F(NeedlessStepTest, IsTakenBackAtTheTimeLimit) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  options.time_limit_s = 60.0;
+  const auto begin = std::chrono::steady_clock::now();
+  options.progress = [&](double, const std::string& what) {
+    if (what == "refit with part_second") std::this_thread::sleep_until(begin + std::chrono::seconds(61));
+  };
+  expectItIsTakenBack();
+  EXPECT_TRUE(found.time_limit_reached);
 }
 
 }  // namespace
