@@ -24,6 +24,8 @@ constexpr double rough = 100.0;
 /// other unknowns to where they are best there.
 constexpr double first_stride = 2.0, end_of_walk = 35.0;
 constexpr int steps_of_walk = 6, walking_iterations = 5;
+/// Depth of the hollow in which a walk begins from which on deviations are widened by it: finite differences make less.
+constexpr double deep = 10.0;
 /// Stated deviations so many times too small make the valley flat: the model stands in its middle.
 constexpr double flat = 4.0;
 /// Correlation of two of an effect's parameters from which on the valley that they lie in may be curved.
@@ -258,6 +260,7 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
     const Trial here = fitFrom(trial);
     effort.iterations = walking_iterations;
     std::vector<Trial> places = {here};  // that the runs hardly tell from here, in their order along the valley
+    double hollow = 1e300;  // how much steeper than the parabola the ways out of here begin
     for (const double side : {-first_stride, first_stride}) {
       std::reverse(places.begin(), places.end());
       Eigen::VectorXd stride = side * deviation;
@@ -266,6 +269,7 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
         const Eigen::VectorXd from = next.fit.x;
         next.fit.x = trial.space->clamped(from + stride);
         next = fitFrom(std::move(next));
+        if (step == 0) hollow = std::min(hollow, next.fit.chi2 - here.fit.chi2 - first_stride * first_stride);
         if (!next.fit.finite || next.fit.chi2 - here.fit.chi2 > end_of_walk || next.fit.x[effort.held] == from[effort.held]) break;
         stride = 2.0 * (next.fit.x - from);
         places.push_back(std::move(next));
@@ -305,6 +309,8 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
         return more;
       }
     }
+    // the envelope of a rough valley rises by the depth of its hollows where a place is no worse than this
+    if (1.0 + hollow > spread.squaredNorm() / deviation.squaredNorm() && hollow > deep) spread = std::sqrt(1.0 + hollow) * deviation;
     trial.fit.covariance += spread * spread.transpose() - deviation * deviation.transpose();
     widenTo(places, here, trial);
     break;
