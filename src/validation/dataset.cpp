@@ -107,6 +107,7 @@ void readSpeed(YamlMap speed, const Dataset& dataset, Run& run) {
 }
 
 void readEvents(YamlMap& owner, Run& run) {
+  if (!owner.has("events")) return;
   std::size_t index = 0;
   for (const YamlNode& item : owner.list("events")) {
     YamlMap entry(&item, owner.pathOf("events") + "." + std::to_string(index++), owner.faults());

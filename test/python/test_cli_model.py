@@ -285,6 +285,18 @@ def test_check_remarks_what_is_of_another_unit(tmp_path, capsys):
     assert f"remark: {tmp_path}/set/dataset.yaml:{line}: rig.auxiliary_bearing.contact.stiffness_N_per_m = 33.8: " in out
 
 
+def test_check_remarks_what_a_diagnosis_will_lack(tmp_path, capsys):
+    shutil.copytree(ROOT / "test/data/dataset_tiny", tmp_path / "set")
+    path = tmp_path / "set" / "dataset.yaml"
+    assert cli.main(["check", str(path.parent)]) == 0
+    assert "no run has use" not in capsys.readouterr().out
+    path.write_text(path.read_text().replace("use: validate", "use: fit"))
+    assert cli.main(["check", str(path.parent)]) == 0
+    out = capsys.readouterr().out
+    assert "remark: no run has use: validate: amb diagnose has nothing to judge an effect by" in out
+    assert "use: fit:" not in out
+
+
 @pytest.mark.parametrize("path", sorted(path for path in (ROOT / "config").rglob("*.yaml")
                                         if re.match(r"(#.*\n)*format: amb-(model|scenario)/1", path.read_text())),
                          ids=lambda path: path.stem)

@@ -72,6 +72,12 @@ TEST_F(DatasetCopy, aSpeedThatNoRotorHasIsRefused) {
   EXPECT_NE(faultOf(datasetFaults(), "runs.0.speed.hz").rule.find("at most 20000.0 Hz"), std::string::npos);
 }
 
+TEST_F(DatasetCopy, aRunWithoutEventsHasNone) {
+  describe(replaced(tinyText(), "events: [], ", ""));
+  EXPECT_TRUE(datasetFaults().empty());
+  EXPECT_TRUE(readDataset(folder_.string()).runs[0].events.empty());
+}
+
 TEST(DatasetFiles, readsTheDescription) {
   const Dataset dataset = readDataset(tinyFolder());
   EXPECT_EQ(dataset.name, "tiny");
@@ -183,7 +189,6 @@ INSTANTIATE_TEST_SUITE_P(
         DatasetChange{"type: constant, hz: 0.0", "type: constant, hz: -1", "runs.0.speed.hz"},
         DatasetChange{"type: constant, hz: 0.0", "type: constant", "runs.0.speed.hz"},
         DatasetChange{"  tacho: {meaning: one pulse a turn, threshold: 0.5}\n", "", "runs.1.speed.type"},
-        DatasetChange{"events: [], ", "", "runs.0.events"},
         DatasetChange{"time_s: 0.001", "time_s: -0.001", "runs.1.events.0.time_s"},
         DatasetChange{"[{time_s: 0.001, type: amb_off}",
                       "[{time_s: 0.001, type: amb_off}, {time_s: 0, type: amb_on}",

@@ -41,7 +41,10 @@ def _check_dataset(folder: pathlib.Path) -> str:
     if faults:
         raise InputError(faults)
     found = f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
-    return "\nremark: ".join([found, *models.oddities(dataset.belief)])
+    uses = {run["use"] for run in dataset.runs}
+    lacking = [f"no run has use: {use}: amb diagnose has nothing to {work}"
+               for use, work in (("fit", "fit an effect to"), ("validate", "judge an effect by")) if use not in uses]
+    return "\nremark: ".join([found, *lacking, *models.oddities(dataset.belief)])
 
 
 def _check_model(path: pathlib.Path) -> str:
