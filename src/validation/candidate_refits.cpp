@@ -260,7 +260,7 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
     const Trial here = fitFrom(trial);
     effort.iterations = walking_iterations;
     std::vector<Trial> places = {here};  // that the runs hardly tell from here, in their order along the valley
-    double hollow = 1e300;  // how much steeper than the parabola the ways out of here begin
+    double hollow = end_of_walk;  // how much steeper than the parabola the ways out of here begin, as far as that is followed
     for (const double side : {-first_stride, first_stride}) {
       std::reverse(places.begin(), places.end());
       Eigen::VectorXd stride = side * deviation;
@@ -269,7 +269,8 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
         const Eigen::VectorXd from = next.fit.x;
         next.fit.x = trial.space->clamped(from + stride);
         next = fitFrom(std::move(next));
-        if (step == 0) hollow = std::min(hollow, next.fit.chi2 - here.fit.chi2 - first_stride * first_stride);
+        const double rise = next.fit.finite ? next.fit.chi2 - here.fit.chi2 : 0.0;
+        if (step == 0) hollow = std::min(hollow, rise - first_stride * first_stride);
         if (!next.fit.finite || next.fit.chi2 - here.fit.chi2 > end_of_walk || next.fit.x[effort.held] == from[effort.held]) break;
         stride = 2.0 * (next.fit.x - from);
         places.push_back(std::move(next));
@@ -310,7 +311,8 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
       }
     }
     // the envelope of a rough valley rises by the depth of its hollows where a place is no worse than this
-    if (1.0 + hollow > spread.squaredNorm() / deviation.squaredNorm() && hollow > deep) spread = std::sqrt(1.0 + hollow) * deviation;
+    const double wider = std::sqrt(1.0 + std::max(0.0, hollow));
+    if (hollow > deep && wider * std::fabs(deviation[effort.held]) > std::fabs(spread[effort.held])) spread = wider * deviation;
     trial.fit.covariance += spread * spread.transpose() - deviation * deviation.transpose();
     widenTo(places, here, trial);
     break;

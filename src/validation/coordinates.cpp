@@ -63,8 +63,10 @@ void stateOnce(const std::vector<ParameterSchema>& parameters, const Model& beli
 /// Inertia, magnets' stiffnesses and unbalances are what the forces of a rotor without contact are linear in: as they are, a valley
 /// along which all of them grow by one factor is straight. What else is uncertain by a share multiplies.
 bool isFactor(const std::string& name, double value) {
-  const auto isOf = [&](const char* group) { return name.rfind(group, 0) == 0; };
-  return !isOf("rotor.") && !isOf("amb.") && !isOf("unbalance.") && value > 0.0;
+  static const char* const linear[] = {"rotor.", "unbalance.", "amb.current_stiffness_N_per_A", "amb.displacement_stiffness_N_per_m",
+                                       "amb.stiffness_N_per_m", "amb.damping_N_s_per_m"};
+  return value > 0.0 && std::none_of(std::begin(linear), std::end(linear),
+                                     [&](const char* one) { return name.rfind(one, 0) == 0; });
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ void Diagnoser::write(Diagnosis& out) {
 
 /// Runs with contact that have waited are fitted, too, where nothing came after: their error may be the contact's numbers.
 void Diagnoser::joinLate(Diagnosis& out) {
-  if (joined_ || adopted_.empty() || hurried() || errors_.validation_error_free > structured_error) return;
+  if (joined_ || adopted_.empty() || candidates_.limit().isLongUp() || errors_.validation_error_free > structured_error) return;
   join(adopted_, joint_iterations_behind_free);
   write(out);
 }
@@ -180,8 +180,9 @@ bool Diagnoser::keepsItsPlace(const Settings& others) const {
 
 /// Takes an earlier step back that the later ones have made needless: also where the time for more steps is over.
 bool Diagnoser::withdraw(Diagnosis& out) {
-  if (adopted_.size() < 2 || candidates_.limit().isLongUp()) return false;
+  if (adopted_.size() < 2) return false;
   for (std::size_t i = 0; i + 1 < adopted_.size(); ++i) {
+    if (candidates_.limit().isLongUp()) return false;
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
     const bool all = throughAll();
@@ -193,6 +194,7 @@ bool Diagnoser::withdraw(Diagnosis& out) {
       // find some evidence in the colour of the noise
       if (!clean() || bornOut(candidates_.judge(without, all, Judging::anew), errors_, false)) continue;
     }
+    if (candidates_.limit().isLongUp()) return false;
     out.withdrawn.push_back(adopted_[i].id);
     out.steps.erase(out.steps.begin() + static_cast<long>(i));
     if (i > 0) out.steps[i - 1].only_with_next = false;

@@ -166,6 +166,7 @@ Diagnosis Diagnoser::run() {
     while (withdraw(out)) {
     }
     if (clean() && !strained()) {
+      joinLate(out);  // what is to be seen in a run through contact alone is not known before
       if (step + 1 == options_.most_steps || hurried() || !isMoreForeseen()) break;
     } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {
       break;

@@ -27,12 +27,14 @@ bool knowsTheAngle(const std::string& effect) {
   return std::any_of(parameters.begin(), parameters.end(), [](const ParameterSchema& p) { return p.role == ParameterRole::phase; });
 }
 
+bool isSize(const ParameterSchema& p) { return p.role == ParameterRole::plain || p.role == ParameterRole::reciprocal; }
+
 /// An effect that hardly acts: what may be 0 or 1 and then does nothing lies next to that.
 EffectSetting nextToNothing(EffectSetting effect) {
   scaleStart(effect, next_to_neutral);
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].role == ParameterRole::plain && std::isfinite(parameters[i].neutral))
+    if (isSize(parameters[i]) && std::isfinite(parameters[i].neutral))
       effect.values[i] = parameters[i].neutral + next_to_neutral * (effect.values[i] - parameters[i].neutral);
   return effect;
 }
@@ -131,7 +133,7 @@ bool vanishes(const EffectSetting& effect, const Model& belief) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterSchema& p = parameters[i];
-    if ((p.role != ParameterRole::plain && p.role != ParameterRole::amplitude) || !std::isfinite(p.neutral)) continue;
+    if ((!isSize(p) && p.role != ParameterRole::amplitude) || !std::isfinite(p.neutral)) continue;
     if (effect.values[i] != p.neutral) return false;
     any = true;
   }

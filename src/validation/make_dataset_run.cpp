@@ -218,7 +218,7 @@ class Way {
     drive.hold_speed = true;
     drive.excitation = nullptr;
     drive.schedule = nullptr;
-    Simulator<double> sim(machine_, drive, 0.0);
+    Simulator<double> sim(machine_, drive, start.speed == 0.0 ? sample_rate_hz : 0.0);  // at standstill each is looked at
     sim.restIntegrators();
     sim.settleLags(run_in_s);
     const long first = -std::lround(run_in_s * sample_rate_hz);

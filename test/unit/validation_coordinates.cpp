@@ -28,25 +28,40 @@ TEST(FitSpaceTest, NuisanceTakesTheStatedUncertaintyAsPrior) {
   const FitSpace space(belief(), {});
   ASSERT_EQ(space.nuisances(), 4) << "the sensor's offset belongs to the recording";
   for (const auto& c : space.coordinates()) {
-    if (c.name == "rotor.mass_kg") { EXPECT_DOUBLE_EQ(c.prior_std, 0.005) << "of the logarithm"; }
+    if (c.name == "rotor.mass_kg") { EXPECT_DOUBLE_EQ(c.prior_std, 0.005 * belief().rig.rotor.mass_kg); }
     if (c.name == "unbalance.moment_kg_m") { EXPECT_DOUBLE_EQ(c.prior_std, 2e-6); }
     if (c.name == "unbalance.phase_rad") { EXPECT_DOUBLE_EQ(c.prior_std, 0.05) << "absolute"; }
   }
 }
 
-TEST(FitSpaceTest, AFactorGoesByItsLogarithm) {
+TEST(FitSpaceTest, WhatForcesAreLinearInGoesAsItIs) {
   const FitSpace space(belief(), {});
   ASSERT_EQ(space.coordinates()[1].name, "amb.current_stiffness_N_per_A");
   Eigen::VectorXd x = space.start();
-  x[1] += std::log(1.5);
+  EXPECT_DOUBLE_EQ(space.coordinates()[1].prior_std, 3.0);
+  x[1] += 50.0;
   EXPECT_NEAR(space.model(x).rig.amb.current_stiffness_N_per_A, 150.0, 1e-12);
+  x[1] += 1e6;
+  EXPECT_NEAR(space.model(x).rig.amb.current_stiffness_N_per_A, 2000.0, 1e-9) << "twenty times the belief at most";
+}
+
+TEST(FitSpaceTest, AFactorGoesByItsLogarithm) {
+  Model model = belief();
+  model.rig.amb.amplifier_bandwidth_hz = 100.0;
+  model.uncertainty = {{"amb.amplifier_bandwidth_hz", 0.02}};
+  const FitSpace space(model, {});
+  ASSERT_EQ(space.nuisances(), 1);
+  EXPECT_DOUBLE_EQ(space.coordinates()[0].prior_std, 0.02) << "of the logarithm";
+  Eigen::VectorXd x = space.start();
+  x[0] += std::log(1.5);
+  EXPECT_NEAR(space.model(x).rig.amb.amplifier_bandwidth_hz, 150.0, 1e-12);
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
-  covariance(1, 1) = 0.01 * 0.01;
-  const FittedParameter fitted = space.nuisanceValues(x, covariance)[1];
+  covariance(0, 0) = 0.01 * 0.01;
+  const FittedParameter fitted = space.nuisanceValues(x, covariance)[0];
   EXPECT_NEAR(fitted.value, 150.0, 1e-12);
   EXPECT_NEAR(fitted.std, 1.5, 1e-12) << "1 % of the value";
-  x[1] += 100.0;
-  EXPECT_NEAR(space.model(x).rig.amb.current_stiffness_N_per_A, 2000.0, 1e-9) << "twenty times the belief at most";
+  x[0] += 100.0;
+  EXPECT_NEAR(space.model(x).rig.amb.amplifier_bandwidth_hz, 2000.0, 1e-9) << "twenty times the belief at most";
 }
 
 TEST(FitSpaceTest, StartGivesTheModelItCameFrom) {

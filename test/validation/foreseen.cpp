@@ -29,6 +29,8 @@ TEST(Foreseen, NothingIsWhereNothingIsMissing) {
   Beside belief(cleanSet());
   foresee(belief.candidates, wholeCatalogue(), {}, belief.references);
   ASSERT_GT(belief.references.promises.size(), 15u);
+  for (const char* effect : {"sensor_gain_error", "sensor_axis_rotation", "motor_magnetic_pull", "amplifier_lag", "sensor_runout"})
+    EXPECT_EQ(belief.references.promises.count(effect), 1u) << effect << " has a promise however it is fitted";
   for (const auto& [effect, promise] : belief.references.promises) {
     EXPECT_LT(promise.evidence, 40.0) << effect;  // a half of chi2 with a noise that is partly coloured
     EXPECT_FALSE(needsContact(effect)) << effect;
