@@ -26,7 +26,7 @@ constexpr double worth_a_look = 0.002, worth_a_place = 0.0012;
 /// Share of what is above the noise without contact that an effect must promise to be sought before a law.
 constexpr double before_a_law = 0.5;
 /// Mean square of a run through contact, over what the runs without leave, from which on effects that show there are looked at.
-constexpr double more_through_contact = 1.025;
+constexpr double more_through_contact = 1.015;
 
 bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.id); }
 

@@ -42,7 +42,6 @@ def of_little(tmp_path_factory):
 
 
 @pytest.mark.timeout(600)
-@pytest.mark.long
 def test_a_little_is_looked_for_though_the_error_of_all_runs_is_near_the_noise(of_little):
     bow = of_little["steps"][0]
     assert bow["added"] == "shaft_bow"
