@@ -230,6 +230,11 @@ void bindValidation(py::module_& m) {
       .def_readonly("folder", &Dataset::folder)
       .def_readonly("belief", &Dataset::belief)
       .def_property_readonly("runs", &runList)
+      .def_property_readonly("lacking_uses", [](const Dataset& dataset) {
+        std::vector<std::string> rules;
+        for (const Fault& fault : lackingUses(dataset)) rules.push_back(fault.rule);
+        return rules;
+      }, "What a diagnosis lacks: runs to fit, or to validate.")
       .def("table", &tableDict, py::arg("run"), "Columns of a run in SI.");
   m.def("read_dataset", &readDataset, py::arg("folder"));
   m.def(

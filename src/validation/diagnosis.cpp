@@ -202,10 +202,7 @@ Diagnosis Diagnoser::run() {
   return out;
 }
 
-namespace {
-
-/// A diagnosis fits to some runs and is judged by others.
-void requireBothUses(const Dataset& dataset) {
+std::vector<Fault> lackingUses(const Dataset& dataset) {
   std::vector<Fault> faults;
   const auto require = [&](RunUse use, const char* rule) {
     if (std::none_of(dataset.runs.begin(), dataset.runs.end(), [&](const Run& run) { return run.use == use; }))
@@ -213,13 +210,11 @@ void requireBothUses(const Dataset& dataset) {
   };
   require(RunUse::fit, "no run has use: fit: there is nothing to fit an effect to");
   require(RunUse::validate, "no run has use: validate: nothing is held out to judge an effect by");
-  if (!faults.empty()) throw InputError(faults);
+  return faults;
 }
 
-}  // namespace
-
 Diagnosis diagnose(const Model& model, const Dataset& dataset, const DiagnosisOptions& options) {
-  requireBothUses(dataset);
+  if (const std::vector<Fault> faults = lackingUses(dataset); !faults.empty()) throw InputError(faults);
   std::unique_ptr<tbb::global_control> limit;
   if (options.threads > 0)
     limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);

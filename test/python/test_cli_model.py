@@ -293,7 +293,7 @@ def test_check_remarks_what_a_diagnosis_will_lack(tmp_path, capsys):
     path.write_text(path.read_text().replace("use: validate", "use: fit"))
     assert cli.main(["check", str(path.parent)]) == 0
     out = capsys.readouterr().out
-    assert "remark: no run has use: validate: amb diagnose has nothing to judge an effect by" in out
+    assert "remark: amb diagnose will refuse it: no run has use: validate: nothing is held out to judge an effect by" in out
     assert "use: fit:" not in out
 
 

@@ -89,6 +89,9 @@ struct DiagnosisOptions {
   Progress progress;
 };
 
+/// What a diagnosis lacks in a data set: runs to fit an effect to, or to judge it by. Not empty: `diagnose` refuses it with these.
+std::vector<Fault> lackingUses(const Dataset& dataset);
+
 Diagnosis diagnose(const Model& model, const Dataset& dataset, const DiagnosisOptions& options = {});
 
 }  // namespace amb_rotor

@@ -41,9 +41,7 @@ def _check_dataset(folder: pathlib.Path) -> str:
     if faults:
         raise InputError(faults)
     found = f"data set {dataset.name}: {len(dataset.runs)} runs, {samples} samples"
-    uses = {run["use"] for run in dataset.runs}
-    lacking = [f"no run has use: {use}: amb diagnose has nothing to {work}"
-               for use, work in (("fit", "fit an effect to"), ("validate", "judge an effect by")) if use not in uses]
+    lacking = [f"amb diagnose will refuse it: {rule}" for rule in dataset.lacking_uses]
     return "\nremark: ".join([found, *lacking, *models.oddities(dataset.belief)])
 
 
