@@ -51,5 +51,24 @@ TEST(RoughValleys, WhereChi2IsSmoothTheCovarianceStays) {
   }
 }
 
+/// Deviations that are ten times too large: chi2 rises along them as out of a hollow, far more than by the square of the way. Right ones
+/// stay within what windows make of them.
+TEST(RoughValleys, WhereTheWaysOutBeginSteepDeviationsGrowByTheRootOfThat) {
+  const MadeSet& set = madeSet(2700099, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  Candidates candidates(set.dataset.belief, set.dataset);
+  const Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+  References references = candidates.referencesWithoutContact(free, free);
+  candidates.referThroughContact(references);
+  const Eigen::VectorXd own = references.contact.nuisance();
+  const Trial found = candidates.fit(set.truth().effects, &own, references.contact.local, {Through::all, 6, true});
+  Trial steep = found;
+  steep.fit.covariance *= 100.0;
+  const auto spread = [&](const Trial& trial) { return std::sqrt(trial.fit.covariance(found.space->nuisances(), found.space->nuisances())); };
+  const double right = spread(candidates.walked(found, references.prior, 6)) / spread(found);
+  const double wider = spread(candidates.walked(steep, references.prior, 6)) / spread(steep);
+  EXPECT_LT(right, 3.0);
+  EXPECT_GT(wider, 4.0);
+}
+
 }  // namespace
 }  // namespace amb_rotor
