@@ -4,13 +4,12 @@
 // Nuisance: what the data set's `uncertainty` names, with its standard deviation as prior. Inertia, magnets' stiffnesses and
 // unbalances as they are: a rotor without contact moves as it does where all of them grow by one factor, and what runs do not tell
 // is then a straight valley, along which the beliefs alone decide. So are Ki and unbalance with a gain that all sensors share, which
-// goes by its reciprocal. Contact's numbers by their logarithm.
+// goes by its reciprocal. All else that is positive by its logarithm, contact's numbers among it.
 // An effect's parameters: positive ones with a lower limit above 0 by their logarithm, those that are neutral at their upper limit
 // by 1/sqrt (a half-order lag's corner: the motion is linear in it next to neutral), a sensor's gain by its reciprocal, an amplitude
 // with its phase as a vector (a cos h p, a sin h p), h the phase's harmonic, all others as they are. Where friction
 // mu_d + (mu_s - mu_d) exp(-v/v_s) is seen at one speed v alone, ln(mu_s - mu_d) - v/v_s is what the data fix: the rise goes by its
-// logarithm, v_s by its
-// reciprocal, and the valley is straight.
+// logarithm, v_s by its reciprocal, and the valley is straight.
 #include <Eigen/Core>
 #include <string>
 #include <vector>
