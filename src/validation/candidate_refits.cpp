@@ -174,8 +174,8 @@ Trial Candidates::settled(Trial trial, int iterations) const {
 Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterations, double held_out_error) const {
   const Model model = trial.space->model(trial.fit.x);
   const auto liesElsewhere = [&] { return held_out_error > noise_level && worstThroughContact(trial) < astray; };
-  if (!haveContact() || limit_.isLongUp()) return trial;
-  // three evaluations, without which a ring is stated too close: also where the time for more is over
+  if (!haveContact()) return trial;
+  // three evaluations, without which a ring is stated too close: also where the time for more is long over
   if (movesByItself(model)) return hasRing(model) ? widenedByHollows(std::move(trial), prior) : trial;
   if (limit_.isUp()) return trial;
   const int rounds = closestCorrelation(trial) > curved || liesElsewhere() ? valley_rounds : 0;
