@@ -16,6 +16,10 @@ constexpr long fewest_samples = 8;
 constexpr int growing_passes = 10;
 /// Mean square over the noise in a part beyond which the rest of the window is out of reach from there.
 constexpr double lost = 30.0;
+/// Passes from each guess before the best goes on, and the mean square over the noise up to which the others go on, too: a wrong
+/// model comes near from nowhere, and three quarters of a search went into the others.
+constexpr int first_passes = 3;
+constexpr double hopeless = 300.0;
 
 /// Finite difference of a sensor's offset that goes round the loop [m].
 constexpr double step_of_offset_m = 2e-9;
@@ -271,10 +275,24 @@ bool ContactWindow::search(std::vector<MachineState<double>> guesses, int passes
     best_guess = guess;
   };
   guesses = byPrediction(guesses);
+  struct Attempt {
+    MachineState<double> guess, start;
+    double left;
+  };
+  std::vector<Attempt> attempts;
   for (const auto& one : guesses) {
     guess = start = one;
-    keepIfBetter(refine(passes));
+    const double left = refine(thorough ? std::min(passes, first_passes) : passes);
+    keepIfBetter(left);
     if (!thorough || least < good) break;
+    attempts.push_back({guess, start, left});
+  }
+  std::stable_sort(attempts.begin(), attempts.end(), [](const Attempt& a, const Attempt& b) { return a.left < b.left; });
+  for (std::size_t k = 0; k < attempts.size() && passes > first_passes && least >= good; ++k) {
+    if (k > 0 && attempts[k].left > hopeless * residuals()) break;
+    guess = attempts[k].guess;
+    start = attempts[k].start;
+    keepIfBetter(refine(passes - first_passes + 1));  // the first of them is where it stands
   }
   for (std::size_t k = 0; grow && thorough && least >= good && k < guesses.size(); ++k) {
     start = guesses[k];
