@@ -298,6 +298,11 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     const Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
     left = squares - 2.0 * right.tail(local_size).dot(solved) + solved.dot(own * solved);
   }
+  if (left < 0.0 && squares > count) {  // sums so large that they cancel: a prediction that has run away
+    normal.finite = result.finite = false;
+    normal.chi2 = normal.squares = result.mean_square = 1e300;
+    return normal;
+  }
   result.mean_square = left / count;
   if (looked_at && result.mean_square > far_off &&
       beginsElsewhere(rec, stretch, local.from_motion, jobs[0], outs, offset_std_)) {
