@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/ranking.hpp"
@@ -19,23 +18,12 @@ namespace {
 constexpr int first_look_iterations = 2, glance_iterations = 1, finalists = 6;
 /// Attempts at each of their steps where contact needs one look only.
 constexpr int settled_attempts = 2;
-/// Of several starts so many are followed.
-constexpr std::size_t followed_starts = 2;
-/// A start whose gain is foreseen at so many times less than what would bring it near the leader is not taken seriously:
-/// one look, and no steps to come near.
-constexpr double foreseen_short = 3.0;
 /// Share of the evidence of a leader that leaves nothing which an effect must promise to be taken seriously beside it.
 constexpr double rival_promise = 0.5;
 /// The same of half the drop of chi2 by a leader that leaves more: to first order a right effect promises most of what it takes.
 constexpr double serious_promise = 0.15;
 /// A first look that leaves an effect at less than this share of what it must have is not followed where it can only gain.
 constexpr double far_from_worth = 0.1;
-/// Of the hills of a scan so many are followed.
-constexpr std::size_t followed_hills = 4;
-/// Through contact they are told by every so many-th window alone.
-constexpr int start_stride = 12;
-/// Without contact one start is enough where its gain is so many times the next one's.
-constexpr double clearly_better = 2.0;
 /// Iterations that a candidate may need to come near a reference which it does not contain.
 constexpr int approach_iterations = 5, approach_rounds = 2;
 /// Each finalist goes on in rounds of so many iterations, while so many more rounds like the last would reach the leader.
@@ -50,12 +38,8 @@ constexpr double highest_floor = 1.15, little_left = 0.03;
 constexpr double not_near = 0.01;
 /// Through contact, where windows forgive much, a start that leaves so many times the reference's squares is let go.
 constexpr double out_of_reach = 1.2;
-/// Where the reference is next to the floor there, one whose best start leaves so many times its chi2 is not followed at all; nor, at
-/// this, where contact needs one look only.
-constexpr double from_afar = 2.0, not_in_sight = 1.5;
-/// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart, and evidence
-/// beyond which one alone is sure without.
-constexpr double in_reach = 0.3, plain_evidence = 200.0;
+/// Evidence beyond which a candidate alone is sure without a fit through all windows.
+constexpr double plain_evidence = 200.0;
 /// Evidence of a leader that leaves nothing from which on candidates out of its reach are not fitted to their end.
 constexpr double beyond_doubt = 1000.0;
 /// Mean square over the noise without contact above which contact waits for a leader beyond doubt.
@@ -139,13 +123,6 @@ bool isBeaten(const Trial& trial, const References& references, const Leaders& l
   return best - trial.evidence > std::max(beyond_doubt, not_near * best);
 }
 
-/// Of an effect that is not worth a fit.
-Trial notFollowed() {
-  Trial out;
-  out.fit.finite = false;
-  return out;
-}
-
 }  // namespace
 
 double mostThroughContact(const References& references) {
@@ -191,91 +168,6 @@ void Leaders::add(const Trial& trial, const References& references) {
   }
 }
 
-std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& starts,
-                                                         const std::vector<Eigen::VectorXd>& nuisances,
-                                                         const References& references, const Leaders& leaders,
-                                                         bool& serious) const {
-  std::vector<std::size_t> order(starts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::size_t followed = starts.size();
-  const auto known = references.promises.find(starts[0].back().id);
-  const bool promised = known != references.promises.end();
-  const auto mayComeNear = [&](double foreseen) { return foreseen_short * foreseen > in_reach * leaders.free_drop; };
-  if (starts.size() == 1 && promised && isToldByPromise(starts[0].back().id)) serious = mayComeNear(known->second.evidence);
-  if (starts.size() > 1) {
-    const bool same = promised && nuisances[0] == references.free.nuisance() && known->second.gains.size() == starts.size();
-    const auto gains = same ? known->second.gains : gainsOf(belief_, starts, nuisances[0], references);
-    if (startsAreAScan(starts[0].back().id)) {  // the tops of its hills
-      order.clear();
-      for (std::size_t i = 0; i < gains.size(); ++i)
-        if ((i == 0 || gains[i].gain >= gains[i - 1].gain) && (i + 1 == gains.size() || gains[i].gain > gains[i + 1].gain))
-          order.push_back(i);
-      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
-      followed = std::min(order.size(), followed_hills);
-    } else {
-      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
-      followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
-    }
-    const double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
-    serious = !(foreseen > 0.0) || mayComeNear(foreseen);
-    if (!serious && leaders.only_serious) return {};
-    if (!serious) followed = 1;
-    for (std::size_t i = 0; i < starts.size(); ++i)
-      if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
-  }
-  std::vector<Start> out;
-  for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
-  for (std::size_t n = 1; n < nuisances.size(); ++n) out.emplace_back(&starts[order[0]], &nuisances[n]);
-  return out;
-}
-
-std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::vector<Settings>& starts,
-                                                                   const std::vector<Eigen::VectorXd>& nuisances,
-                                                                   const References& references,
-                                                                   const Leaders& leaders) const {
-  if (starts.size() * nuisances.size() <= followed_starts) {
-    std::vector<Start> all;
-    for (const auto& nuisance : nuisances)
-      for (const auto& start : starts) all.emplace_back(&start, &nuisance);
-    return all;
-  }
-  const bool settled = leaders.settles(references), near_floor = !plainlyOffThroughContact(references);
-  // where each start stands by itself says which are worth a fit
-  using Seen = std::pair<double, Start>;
-  const auto glance = [&](const std::vector<Start>& these, std::vector<Seen>& seen) {
-    const std::size_t before = seen.size();
-    seen.resize(before + these.size());
-    tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
-      FitEffort effort = {Through::contact, 0, false, true, start_stride};
-      effort.every_effect = (settled || near_floor) && references.sparse.stride > 1;
-      const FitResult there = fit(*these[i].first, these[i].second, references.contact.local, effort, &references.prior).fit;
-      seen[before + i] = {there.chi2 / std::max(1.0, there.count), these[i]};
-    });
-    std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.first < b.first; });
-  };
-  std::vector<Seen> seen;
-  std::vector<Start> these;
-  for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
-  glance(these, seen);
-  const double above = seen[0].first / (references.contact.fit.chi2 / references.contact.fit.count);
-  if ((near_floor && above > from_afar) || (settled && above > not_in_sight)) return {};
-  if (settled) return {seen[0].second};
-  if (seen.size() > followed_starts) seen.resize(followed_starts);
-  these.clear();
-  for (const Seen& one : seen)
-    for (std::size_t n = 1; n < nuisances.size(); ++n) these.emplace_back(one.second.first, &nuisances[n]);
-  glance(these, seen);
-  std::vector<Start> out;  // each start once, with the nuisance that suits it
-  for (const Seen& one : seen)
-    if (std::none_of(out.begin(), out.end(), [&](const Start& s) { return s.first == one.second.first; })) out.push_back(one.second);
-  for (const Seen& one : seen)  // and the best with another nuisance: what a glance says of that is little
-    if (one.second.first == out[0].first && one.second.second != out[0].second) {
-      out.push_back(one.second);
-      break;
-    }
-  return out;
-}
-
 Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                          const References& references, bool contact, const Leaders& leaders, bool& serious) const {
   auto followed = contact ? promisingThroughContact(starts, nuisances, references, leaders)
@@ -310,9 +202,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   none.excited = false;
   const bool contact = needsContact(effect);
   const Trial& reference = contact ? references.contact : references.free;
-  const double stiffness = reference.space->model(reference.fit.x).rig.auxiliary_bearing.stiffness_N_per_m;
-  const auto values = startingValues(effect, belief_, recordings_, none.note, contact ? stiffness : 0.0);
-  if (values.empty()) return none;
+  auto [starts, nuisances] = startsOf(effect, adopted, reference, none.note);
+  if (starts.empty()) return none;
   if (contact && !haveContact()) {
     none.note = "no run to fit holds contact";
     return none;
@@ -329,22 +220,11 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     none.note = "not looked at: far less is foreseen of it than is to be had";
     return none;
   }
-  std::vector<Settings> starts;
-  for (const auto& start : values) {
-    starts.push_back(adopted);
-    starts.back().push_back({effect, start});
-  }
-  // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
-  std::vector<Eigen::VectorXd> nuisances = {reference.nuisance()};
-  Eigen::VectorXd back = nuisances[0];
-  const bool far = returnToBelief(*reference.space, back);
-  const std::string& mimic = effectCatalogue().find(effect)->mimic;
-  if (!mimic.empty()) {
-    for (long k = 0; k < back.size(); ++k)
-      if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
-    nuisances[0] = back;
-  } else if (far) {
-    nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
+  const bool leads = seen != nullptr && seen->usable() && Misfit(*seen, references).leavesNothing();
+  const bool known = leads && seen->stride == strideOver(seen->effects(), seen->stride);
+  if (seen != nullptr && seen->usable() && (leads || seen->stands)) {
+    starts = {seen->effects()};
+    nuisances = {seen->nuisance()};
   }
   const auto promise = contact ? references.promises.end() : references.promises.find(effect);
   if (promise != references.promises.end() && promise->second.sized == starts.size())
@@ -352,8 +232,6 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   else if (!contact)
     addSeenShapes(belief_, nuisances[0], references, starts);
   bool serious = true;
-  const bool known = seen != nullptr && seen->usable() && seen->stride == strideOver(seen->effects(), seen->stride) &&
-                     Misfit(*seen, references).leavesNothing();
   Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
   if (!winner.fit.finite) {  // also: not followed

@@ -27,12 +27,15 @@ struct Trial {
   bool excited = true;
   double grown = 0.0;    ///< chi2 where its windows had grown to their length; 0: they have not
   int stride = 1;  ///< of the windows through contact that it was fitted to
+  bool stands = false;  ///< it is where it began: not fitted
   std::string note;
   std::vector<Trial> others;  ///< from other starts, where an effect has hills apart from each other
   double evidence = -1e300;
   CandidateErrors errors;
 
   bool usable() const { return excited && fit.finite; }
+  /// chi2 for a residual.
+  double level() const { return fit.chi2 / std::max(1.0, fit.count); }
   /// Its effects with the values that the fit found.
   Settings effects() const;
   Eigen::VectorXd nuisance() const { return fit.x.head(space->nuisances()); }
@@ -40,6 +43,22 @@ struct Trial {
 
 /// Whether some parameters of an effect leave the model as it is, so that a fit can only gain.
 bool isNested(const std::string& effect);
+
+/// Of several starts of an effect so many are followed.
+inline constexpr std::size_t followed_starts = 2;
+/// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart.
+inline constexpr double in_reach = 0.3;
+
+/// Times what the reference leaves through contact beyond which the best start of an effect is not followed, where contact needs one
+/// look only.
+inline constexpr double not_in_sight = 1.5;
+
+/// Of an effect that is not worth a fit.
+inline Trial notFollowed() {
+  Trial out;
+  out.fit.finite = false;
+  return out;
+}
 
 /// What an effect promises beside a reference without contact, see foreseen.hpp.
 struct Promise {
@@ -203,10 +222,12 @@ class Candidates {
   void referThroughContact(References& references);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  /// @param seen  of an earlier, shorter one: goes on from there where that leaves nothing, at windows that this effect can do
-  ///              with
+  /// @param seen  of an earlier, shorter one: goes on from there where that leaves nothing, or only stands
   Trial look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
              const Trial* seen = nullptr) const;
+  /// Through contact, without a fit: the one of its starts that leaves the least at some of the windows. Not usable for effects whose
+  /// starts are the reference itself.
+  Trial bestStanding(const std::string& effect, const Settings& adopted, const References& references) const;
   /// Of the runs to fit, through contact: the largest mean square over the noise as a fit has left them.
   double worstThroughContact(const Trial& trial) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.
@@ -218,10 +239,18 @@ class Candidates {
  private:
   /// One fit to be tried: with these effects, from this nuisance.
   using Start = std::pair<const Settings*, const Eigen::VectorXd*>;
+  /// Where fits of an effect may begin.
+  struct Starts {
+    std::vector<Settings> settings;          ///< each with all that is adopted; none: `note` says why
+    std::vector<Eigen::VectorXd> nuisances;  ///< the reference's first
+  };
+  Starts startsOf(const std::string& effect, const Settings& adopted, const Trial& reference, std::string& note) const;
   /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader; none is
   /// followed where only such are wanted.
   std::vector<Start> promisingFree(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
                                    const References& references, const Leaders& leaders, bool& serious) const;
+  /// Where each stands at some of the windows, before any is fitted.
+  std::vector<Trial> standing(const std::vector<Start>& these, const References& references, bool every_effect) const;
   std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
                                              const std::vector<Eigen::VectorXd>& nuisances,
                                              const References& references, const Leaders& leaders) const;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "amb_rotor/validation/ranking.hpp"
 #include "foreseen.hpp"
@@ -18,6 +19,9 @@ constexpr double near_share = 0.9;
 constexpr int judged_stride = 4;
 /// Iterations by which the best look is gone on from before none counts as near.
 constexpr int further_iterations = 5;
+/// Where one leaves nothing through contact, a rival whose best start leaves more than this share of what the reference leaves there is
+/// not followed.
+constexpr double half_way = 0.5;
 /// Shares of a screening at which looks are over, and fits to the end.
 constexpr double looked_at = 0.6, fitted = 0.85;
 
@@ -96,12 +100,32 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
   if (!candidates.haveContact() || names.size() < 2 || leaders.waits(references) || leaders.settles(references) ||
       !plainlyOffThroughContact(references) || references.sparse.stride == 1)  // beside a ring no look is short
     return out;
-  Leaders settled = leaders;
+  Leaders settled = leaders, so_far = leaders;
   settled.through_contact = true;
   out.resize(names.size());
+  // where each stands at the best of its starts, before any is fitted
+  std::vector<Trial> stand(names.size());
   tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t i) {
-    out[i] = candidates.limit().isUp() ? notLookedAt(names[i]) : candidates.look(names[i], standing.adopted, references, settled);
+    stand[i] = candidates.limit().isUp() ? notLookedAt(names[i]) : candidates.bestStanding(names[i], standing.adopted, references);
   });
+  const auto level = [&](std::size_t i) { return stand[i].usable() ? stand[i].level() / references.contact.level() : 1.0; };
+  std::vector<std::size_t> order(names.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return level(a) < level(b); });
+  const auto glimpse = [&](std::size_t i) {
+    if (candidates.limit().isUp()) {
+      out[i] = notLookedAt(names[i]);
+    } else if (stand[i].usable() && level(i) > (so_far.through_contact ? half_way : not_in_sight)) {
+      out[i] = std::move(stand[i]);
+      out[i].fit.finite = false;
+      out[i].note = "from none of its starts does it come near what the model leaves without it";
+    } else {
+      out[i] = candidates.look(names[i], standing.adopted, references, settled, &stand[i]);
+    }
+  };
+  glimpse(order[0]);
+  so_far.add(out[order[0]], references);
+  tbb::parallel_for(std::size_t{1}, order.size(), [&](std::size_t k) { glimpse(order[k]); });
   names = contendersFirst(std::move(names), out);
   return out;
 }
