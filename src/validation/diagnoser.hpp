@@ -45,6 +45,7 @@ class Diagnoser {
   bool keepsItsPlace(const Settings& others) const;
   bool withdraw(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
+  bool cleanWithoutContact() const;
   bool clean() const;
   bool hurried() const { return candidates_.limit().isUp(); }
   bool throughAll() const { return joined_ && candidates_.haveContact(); }  ///< whether the model is fitted through contact, too

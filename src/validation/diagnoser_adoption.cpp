@@ -33,7 +33,7 @@ bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.
 }  // namespace
 
 bool Diagnoser::earns(const Trial& trial) const {
-  const bool at_floor = !adopted_.empty() && clean() && !needsContact(trial.effect);
+  const bool at_floor = !adopted_.empty() && cleanWithoutContact() && !needsContact(trial.effect);
   const double least = at_floor ? worth_a_place * trial.fit.count : least_evidence;
   return trial.usable() && trial.evidence >= std::max(least_evidence, least) && bornOut(errors_, trial.errors, adopted_.empty());
 }

@@ -95,10 +95,9 @@ void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
   order(out.ranking);
 }
 
-bool Diagnoser::clean() const {
-  return errors_.validation_error_free < 1.05 &&
-         (errors_.validation_error_contact < 0.0 || errors_.validation_error_contact < 1.1);
-}
+bool Diagnoser::cleanWithoutContact() const { return errors_.validation_error_free < 1.05; }
+
+bool Diagnoser::clean() const { return cleanWithoutContact() && errors_.validation_error_contact < 1.1; }
 
 /// Whether a nuisance is farther from the belief than chance takes it: it may stand for an effect (a contact that is too soft for
 /// a mount in series), at the floor, too.

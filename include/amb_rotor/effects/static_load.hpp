@@ -9,10 +9,12 @@ namespace amb_rotor::effects {
 
 struct StaticLoad {
   static EffectSchema schema() {
-    return {"static_load", "gravity or another constant force", "any run with the bearings on; the mean current",
-            {parameter("force_x_N", "N", -1e5, 1e5, 1.0, 0.0, "horizontal"),
-             parameter("force_y_N", "N", -1e5, 1e5, 1.0, 0.0, "vertical")},
-            false};
+    EffectSchema schema = {"static_load", "gravity or another constant force", "any run with the bearings on; the mean current",
+                           {parameter("force_x_N", "N", -1e5, 1e5, 1.0, 0.0, "horizontal"),
+                            parameter("force_y_N", "N", -1e5, 1e5, 1.0, 0.0, "vertical")},
+                           false};
+    schema.mimic = "sensor.offset_m";  // the controller holds an offset as it holds a force
+    return schema;
   }
 
   template <class S>
