@@ -220,9 +220,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     none.note = "not looked at: far less is foreseen of it than is to be had";
     return none;
   }
-  const bool leads = seen != nullptr && seen->usable() && Misfit(*seen, references).leavesNothing();
-  const bool known = leads && seen->stride == strideOver(seen->effects(), seen->stride);
-  if (seen != nullptr && seen->usable() && (leads || seen->stands)) {
+  const bool known = seen != nullptr && seen->usable() && !seen->stands &&
+                     seen->stride == strideOver(seen->effects(), seen->stride) && Misfit(*seen, references).leavesNothing();
+  if (seen != nullptr && seen->usable() && seen->stands) {
     starts = {seen->effects()};
     nuisances = {seen->nuisance()};
   }

@@ -222,7 +222,8 @@ class Candidates {
   void referThroughContact(References& references);
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
-  /// @param seen  of an earlier, shorter one: goes on from there where that leaves nothing, or only stands
+  /// @param seen  where one of its starts stands: it begins there; or of an earlier, shorter look: goes on from there where that leaves
+  ///              nothing, at windows that this effect can do with
   Trial look(const std::string& effect, const Settings& adopted, const References& references, const Leaders& leaders,
              const Trial* seen = nullptr) const;
   /// Through contact, without a fit: the one of its starts that leaves the least at some of the windows. Not usable for effects whose
