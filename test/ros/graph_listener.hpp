@@ -5,6 +5,7 @@
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <functional>
+#include <iterator>
 #include <map>
 #include <string>
 
@@ -50,10 +51,15 @@ struct Listener {
     }
     return complete();
   }
-  Recording recording() const {
+  /// @param may_lack  answers of a contact node that was killed once the plant had its answer, and before we had it: as the step before
+  Recording recording(int may_lack = 0) const {
     Recording out;
     for (const auto& [step, state] : states) {
-      const auto contact = contacts.find(step);
+      auto contact = contacts.find(step);
+      if (contact == contacts.end() && may_lack > 0 && contacts.begin()->first < step) {
+        --may_lack;
+        contact = std::prev(contacts.lower_bound(step));
+      }
       EXPECT_TRUE(contact != contacts.end()) << "no contact for step " << step;
       if (contact != contacts.end()) append(out, *state, *contact->second);
     }
