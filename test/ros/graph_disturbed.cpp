@@ -17,6 +17,7 @@ struct Killing {
   std::string node;
   double time;
   int pid = 0;
+  std::uint64_t step = 0;
 };
 
 TEST(Graph, DisturbedEqualsUndisturbed) {
@@ -35,6 +36,7 @@ TEST(Graph, DisturbedEqualsUndisturbed) {
     for (auto& killing : killings)
       if (killing.pid == 0 && state.time >= killing.time) {
         killing.pid = processOf(killing.node);
+        killing.step = state.step;
         ASSERT_GT(killing.pid, 1) << killing.node;
         ASSERT_EQ(kill(killing.pid, SIGKILL), 0);
       }
@@ -77,7 +79,7 @@ TEST(Graph, DisturbedEqualsUndisturbed) {
 
   const Model model = modelOf(own);
   const Simulation machine = simulate(model, scenarioOf(own));
-  const Recording graph = heard.recording(1), alone = recordingOf(machine);
+  const Recording graph = heard.recording(killings[1].step), alone = recordingOf(machine);
   ASSERT_EQ(graph.time.size(), alone.time.size());
   EXPECT_LT(firstContact(alone), alone.time.size()) << "the run has contact";
   const double difference =

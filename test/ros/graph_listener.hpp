@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "amb_rotor/ros/node_setup.hpp"
@@ -15,6 +16,7 @@
 namespace amb_rotor::testing {
 
 constexpr double time_limit_s = 100.0;  // of the wall
+constexpr std::uint64_t steps_until_it_dies = 100;  // that a run may go on while a signal is on its way
 
 /// All that a run sent, by step.
 struct Listener {
@@ -51,13 +53,15 @@ struct Listener {
     }
     return complete();
   }
-  /// @param may_lack  answers of a contact node that was killed once the plant had its answer, and before we had it: as the step before
-  Recording recording(int may_lack = 0) const {
+  /// @param killed_at  step at which we heard that the contact node was to be killed: it may have died between its answer to the plant
+  ///                   and the same to us, which is then taken as the step before
+  Recording recording(std::optional<std::uint64_t> killed_at = {}) const {
     Recording out;
     for (const auto& [step, state] : states) {
       auto contact = contacts.find(step);
-      if (contact == contacts.end() && may_lack > 0 && contacts.begin()->first < step) {
-        --may_lack;
+      if (contact == contacts.end() && killed_at && step >= *killed_at && step < *killed_at + steps_until_it_dies &&
+          contacts.begin()->first < step) {
+        killed_at.reset();  // one answer
         contact = std::prev(contacts.lower_bound(step));
       }
       EXPECT_TRUE(contact != contacts.end()) << "no contact for step " << step;
