@@ -235,7 +235,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
   winner.effect = effect;
   if (!winner.fit.finite) {  // also: not followed
-    if (contact && winner.note.empty()) winner.note = "from none of its starts does it come near what the model leaves without it";
+    if (contact && winner.note.empty()) winner.note = comes_not_near;
     return winner;
   }
   value(winner, references);

@@ -53,6 +53,9 @@ inline constexpr double in_reach = 0.3;
 /// look only.
 inline constexpr double not_in_sight = 1.5;
 
+/// Told of an effect of which no start is worth a fit through contact.
+inline constexpr const char* comes_not_near = "from none of its starts does it come near what the model leaves without it";
+
 /// Of an effect that is not worth a fit.
 inline Trial notFollowed() {
   Trial out;

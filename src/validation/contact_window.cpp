@@ -17,7 +17,7 @@ constexpr int growing_passes = 10;
 /// Mean square over the noise in a part beyond which the rest of the window is out of reach from there.
 constexpr double lost = 30.0;
 /// Passes from each guess before the best goes on, and the mean square over the noise up to which the others go on, too: a wrong
-/// model comes near from nowhere, and three quarters of a search went into the others.
+/// model comes near from none of them.
 constexpr int first_passes = 3;
 constexpr double hopeless = 300.0;
 

@@ -298,7 +298,8 @@ NormalEquations FitProblem::evaluateFree(const std::vector<Model>& given, const 
     const Eigen::MatrixXd own = gram.bottomRightCorner(local_size, local_size);
     left = squares - 2.0 * right.tail(local_size).dot(solved) + solved.dot(own * solved);
   }
-  if (left < 0.0 && squares > count) {  // sums so large that they cancel: a prediction that has run away
+  // squares below 0 by more than the noise: sums so large that nothing is left but how they are rounded, of a prediction that ran away
+  if (left < -count) {
     normal.finite = result.finite = false;
     normal.chi2 = normal.squares = result.mean_square = 1e300;
     return normal;

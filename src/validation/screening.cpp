@@ -118,7 +118,7 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
     } else if (stand[i].usable() && level(i) > (so_far.through_contact ? half_way : not_in_sight)) {
       out[i] = std::move(stand[i]);
       out[i].fit.finite = false;
-      out[i].note = "from none of its starts does it come near what the model leaves without it";
+      out[i].note = comes_not_near;
     } else {
       out[i] = candidates.look(names[i], standing.adopted, references, settled, &stand[i]);
     }

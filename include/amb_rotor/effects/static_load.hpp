@@ -13,7 +13,7 @@ struct StaticLoad {
                            {parameter("force_x_N", "N", -1e5, 1e5, 1.0, 0.0, "horizontal"),
                             parameter("force_y_N", "N", -1e5, 1e5, 1.0, 0.0, "vertical")},
                            false};
-    schema.mimic = "sensor.offset_m";  // the controller holds an offset as it holds a force
+    schema.held_as_offset = true;  // the controller holds an offset as it holds a force
     return schema;
   }
 

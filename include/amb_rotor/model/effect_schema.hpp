@@ -44,7 +44,8 @@ struct EffectSchema {
   bool only_by_name = false;   ///< in no ranking and no drawn rig, unless it is asked for: a law by terms, a finer form of another
   std::string needs_field = {};  ///< number of the rig that must be above 0, or the effect would do nothing
   std::shared_ptr<const EffectLaw> law = nullptr;  ///< of an effect that a file defines
-  std::string mimic = {};  ///< number of the rig, or of its runs, that stands in for the effect where a model lacks it, and has to give way
+  std::string mimic = {};  ///< number of the rig that stands in for the effect where a model lacks it, and has to give way
+  bool held_as_offset = false;  ///< each run's offset of the sensors stands in for it: first order tells little of what it is worth
   bool slow_to_predict = false;  ///< parts of the stator move: through contact, in small steps
   bool lasting = false;    ///< has a state that goes on from one window through contact to the next: a part of them tells little
 
