@@ -41,7 +41,9 @@ constexpr double kSlipSpeed = 0.01;  // [m/s] of tanh(v/0.01 m/s)
                                                               P(shape_amb_b) P(shape_sensor_a)               \
                                                                   P(shape_sensor_b) P(shape_aux_a)           \
                                                                       P(shape_aux_b) P(law_quadratic) P(law_cubic) \
-                                                                          P(law_third) P(law_third_phase) P(law_dry)
+                                                                          P(law_third) P(law_third_phase) P(law_dry) \
+  P(law_z_m) P(law_plane_quadratic) P(law_plane_cubic) P(law_plane_speed) P(law_plane_third)                 \
+      P(law_plane_third_phase) P(law_tilt_cubic) P(law_tilt_drag) P(law_swirl) P(law_current)
 
 struct Parameters {
 #define P(name) double name;
@@ -118,6 +120,7 @@ struct Machine {
   Spin spin;
   double k;        // net bearing stiffness, of the force of a bow or a crack
   bool on = true;  // the bearings give force
+  bool laws_apart = false;  // one of those of addLawsApart is set
 
   struct Plane {
     double z, shape;
@@ -252,6 +255,43 @@ struct Machine {
     a[QY] = p.flexible ? qy / p.mass - 2 * p.flex_ratio * o * v[QY] - o * o * s[QY] : 0;
     a[FX] = p.foundation ? rx / p.foundation_mass - 2 * p.foundation_ratio * g * v[FX] - g * g * s[FX] : 0;
     a[FY] = p.foundation ? ry / p.foundation_mass - 2 * p.foundation_ratio * g * v[FY] - g * g * s[FY] : 0;
+    if (laws_apart) addLawsApart(theta, w, s, current, d);
+  }
+
+  // Laws of no catalogue at one plane of a rigid shaft, against its tilt, and at both bearings. Apart from derivative()
+  // and called only for them: in there they would move the last bits of sets that do not have them.
+  [[gnu::noinline]] void addLawsApart(double theta, double w, const State& s, const std::array<double, 4>& current,
+                                      State& d) const {
+    const double* v = &s[VEL];
+    double* a = &d[VEL];
+    const auto push = [&](double z, double shape, double x, double y) {
+      a[XG] += x / p.mass, a[YG] += y / p.mass;
+      a[AL] -= z * y / p.transverse_inertia, a[BE] += z * x / p.transverse_inertia;
+      if (p.flexible) a[QX] += shape * x / p.mass, a[QY] += shape * y / p.mass;
+    };
+    // -c |v| v, -c |p|^2 p, -c |W| v, f exp(j (3 angle + phase))
+    const double z = p.law_z_m, third = 3 * theta + p.law_plane_third_phase;
+    const double x = s[XG] + z * s[BE] - s[FX], y = s[YG] - z * s[AL] - s[FY];
+    const double vx = v[XG] + z * v[BE] - v[FX], vy = v[YG] - z * v[AL] - v[FY];
+    const double damping = p.law_plane_quadratic * std::hypot(vx, vy) + p.law_plane_speed * std::abs(w);
+    const double spring = p.law_plane_cubic * (x * x + y * y);
+    push(z, 0, -damping * vx - spring * x + p.law_plane_third * std::cos(third),
+         -damping * vy - spring * y + p.law_plane_third * std::sin(third));
+    // moments -c |tilt|^2 tilt, -c |rate| rate
+    const double erect = p.law_tilt_cubic * (s[AL] * s[AL] + s[BE] * s[BE]);
+    const double drag = p.law_tilt_drag * std::hypot(v[AL], v[BE]);
+    a[AL] -= (erect * s[AL] + drag * v[AL]) / p.transverse_inertia;
+    a[BE] -= (erect * s[BE] + drag * v[BE]) / p.transverse_inertia;
+    // c W |p| (-y, x), -c |i|^2 (x, y)
+    for (int b = 0; b < 2 && on; ++b) {
+      const double zb = b ? p.z_amb_b : p.z_amb_a, shape = b ? p.shape_amb_b : p.shape_amb_a;
+      const double px = s[XG] + zb * s[BE] + shape * s[QX] - s[FX], py = s[YG] - zb * s[AL] + shape * s[QY] - s[FY];
+      const double ix = current[2 * b], iy = current[2 * b + 1];
+      const double swirl = p.law_swirl * w * std::hypot(px, py), stiff = p.law_current * (ix * ix + iy * iy);
+      const double fx = -swirl * py - stiff * px, fy = swirl * px - stiff * py;
+      push(zb, shape, fx, fy);
+      if (p.foundation) a[FX] -= fx / p.foundation_mass, a[FY] -= fy / p.foundation_mass;
+    }
   }
 
   // The four signals with all their errors: rotation, then runout, then gain.
@@ -306,6 +346,9 @@ extern "C" int simulate(const double* values, const double* unbalances, int n_un
     m.spin.t.push_back(t), m.spin.w.push_back(w), m.spin.angle.push_back(angle);
   }
   m.k = p.equivalent ? p.equivalent_k : p.ki_force * p.kp - p.ks;
+  for (double c : {p.law_plane_quadratic, p.law_plane_cubic, p.law_plane_speed, p.law_plane_third, p.law_tilt_cubic,
+                   p.law_tilt_drag, p.law_swirl, p.law_current})
+    m.laws_apart = m.laws_apart || c != 0;
   const double period = 1 / p.control_hz, a = std::exp(-2 * kPi * p.filter_hz * period);
   const double lag = 2 * kPi * p.amplifier_hz,
                limit = std::min(p.bias_current, p.max_current - p.bias_current);
