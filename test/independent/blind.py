@@ -1,11 +1,13 @@
 """Blind data sets of the independent program: other rigs than ours, other code than ours, noise, a hidden effect.
 
     python3 test/independent/blind.py --sets 38 --seed 1 --out DIR
+    python3 test/independent/blind.py --laws all --seed 1 --out DIR
     ./amb bench-diagnosis --data DIR
 
 Writes DIR/set-0000 and so on, each of format amb-dataset/1 with its truth.yaml (amb-truth/1 and the keys `verdict`,
 `law`, `depends_on`, `difference` of doc/blind_sets.md). A round of 38 sets hides every effect once, nothing three times,
-each law of no catalogue once and five pairs; then again on other rigs. A set that is there already is not made again.
+four laws of no catalogue once and five pairs; then again on other rigs. A set that is there already is not made again.
+With --laws a round hides each of the laws named (laws.py has the list) once and nothing else, on rigs of its own.
 
 Drawn: mass 1.2 to 12 kg, lever arms that differ, Ki, bias, gap, gravity or none, integral action or none, controllers
 at 8, 10 and 20 kHz, delays of 30 to 170 us, two in five rigs with a polar inertia, contact and friction. Off by their
@@ -29,14 +31,14 @@ import yaml
 
 import cases
 import driver
+import laws
 import sets
 
 FREE = ("couple_unbalance", "shaft_bow", "sensor_runout", "sensor_gain_error", "sensor_axis_rotation", "static_load",
         "gyroscopic_coupling", "stiffness_anisotropy", "cross_coupled_stiffness", "internal_damping",
         "foundation_resonance", "magnetic_nonlinearity", "magnetic_saturation", "current_saturation", "amplifier_lag",
         "control_delay", "eddy_current_lag", "motor_magnetic_pull", "spin_drag", "shaft_crack", "shaft_flexibility")
-LAWS = {"quadratic_damping": ["velocity"], "cubic_spring": ["position"], "third_harmonic": ["shaft angle"],
-        "dry_friction_levitated": ["velocity"]}
+LAWS = laws.IN_ROUND
 CLEAN, PAIRS = 3, 5
 ROUND = len(FREE) + len(cases.CONTACT) + CLEAN + len(LAWS) + PAIRS
 IN_LOOP = 0.4           # of a sensor's noise
@@ -59,8 +61,10 @@ class Unfit(Exception):
     """This rig does not carry this effect, or touches where it must not; another one is drawn."""
 
 
-def hidden_in(index, seed):
-    """(kind, names) of a set."""
+def hidden_in(index, seed, chosen=()):
+    """(kind, names) of a set; chosen: the laws of a round of nothing else."""
+    if chosen:
+        return "unknown", [chosen[index % len(chosen)]]
     place = index % ROUND
     for kind, names in (("effect", FREE), ("effect", cases.CONTACT), ("none", [None] * CLEAN), ("unknown", list(LAWS))):
         if place < len(names):
@@ -124,20 +128,6 @@ def drawn_sizes(dice, effects):
             else:
                 parameters[name] = value * scale * dice.uniform(0.8, 1.2)
     return plain(effects)
-
-
-def drawn_law(dice, law, rig):
-    """Simulator parameters of a law of no catalogue, of a size that shows on this rig."""
-    amb, control = rig["amb"], rig["controller"]
-    k = amb["current_stiffness_N_per_A"] * control["kp_A_per_m"] - amb["displacement_stiffness_N_per_m"]
-    size = dice.uniform(0.5, 1.5)
-    if law == "quadratic_damping":
-        return {"law_quadratic": 0.3 * math.sqrt(k * rig["rotor"]["mass_kg"]) / 2e-3 * size}
-    if law == "cubic_spring":
-        return {"law_cubic": 0.25 * k / (20e-6) ** 2 * size}
-    if law == "third_harmonic":
-        return {"law_third": k * 3e-6 * size, "law_third_phase": dice.uniform(-3, 3)}
-    return {"law_dry": k * 2e-6 * size} if law else {}
 
 
 def drawn_truth(dice, belief):
@@ -208,6 +198,32 @@ class Recorder:
         return recordings, noise[:4], noise[4:], difference
 
 
+def sized_law(recorder, parameters, runs, aim):
+    """The parameters with the coefficient that changes the runs without contact by `aim` times the noise.
+
+    More damping leaves less motion to damp: where it hardly tells any more, what it has come to does.
+    """
+    free = [run for run in runs if run["kind"] not in CONTACT_KINDS]
+    without = [recorder.quiet([], run, 0.3)[0] for run in free]
+    noise = np.concatenate([recorder.sensor_noise, recorder.amplifier_noise])
+    turning = next(n for n, run in enumerate(free) if run["kind"] == "steady")
+    # a generator of its own: what is drawn after this does not depend on it
+    inner = IN_LOOP * recorder.sensor_noise * np.random.default_rng(1).normal(size=(free[turning]["records"], 4))
+    noise = np.hypot(noise, (recorder.quiet([], free[turning], 0.3, inner)[0] - without[turning]).std(axis=0))
+    change, factor = None, 1.0
+    for _ in range(10):
+        motions = [recorder.quiet([], run, 0.3, None, parameters)[0] for run in free]
+        before, change = change, math.sqrt(np.mean([np.mean(((m - w) / noise) ** 2) for m, w in zip(motions, without)]))
+        growth = math.log(change / before) / math.log(factor) if before else 1.0
+        if abs(change / aim - 1) < 0.1 or growth < 0.5 and laws.AIM[0] < change < aim:
+            return parameters
+        if growth < 0.2 and change < aim:
+            break
+        factor = float(np.clip(aim / change, 0.2, 4.0))
+        parameters = laws.scaled(parameters, factor)
+    raise Unfit(f"the law comes to {change:.1f} times the noise, not to {aim:.1f}")
+
+
 def limited_current(recorder, effects, runs):
     """Sets the limit a little below what the runs without it take."""
     for effect in effects:
@@ -226,33 +242,40 @@ def try_set(dice, simulator, kind, names, folder, reading):
         raise Unfit("its torque needs a polar inertia")
     if {"magnetic_nonlinearity", "magnetic_saturation"} <= set(names):
         raise Unfit("one magnet law or the other")
+    if law == "current_stiffening" and belief["gravity_m_s2"] > 0:
+        raise Unfit("where the current bears a weight, it hardly changes, and the law is a spring")
     nuisance = drawn_truth(dice, belief)
     truth = driver.with_nuisance(belief, nuisance)
     with_contact = any(name in cases.CONTACT for name in names) or dice.random() < 0.5
     runs = sets.plan(belief, duration=0.8, contact=with_contact)
-    law_parameters = drawn_law(dice, law, belief)
+    apart = law in laws.APART
+    law_parameters, aim = laws.drawn_apart(dice, law, belief) if apart else (laws.drawn(dice, law, belief), None)
     recorder = Recorder(dice, simulator, truth, law_parameters, reading)
     for run in runs:  # most rigs that do not do show it here
         if run["kind"] == "drop":
             recorder.check_reach(run, recorder.quiet(effects, run, 0.3, None, law_parameters)[0])
+    if apart:
+        recorder.law = law_parameters = sized_law(recorder, law_parameters, runs, aim)
     limited_current(recorder, effects, runs)
     sets.raise_bursts(simulator, truth, effects, runs)
     recordings, noise_m, noise_A, difference = recorder.all(effects, runs)
+    if apart and not laws.DIFFERENCE[0] <= difference <= laws.DIFFERENCE[1]:
+        raise Unfit(f"the law comes to {difference:.1f} times the noise")
     for run in runs:
         if run.get("hz"):
             run["hz"] = round(run["hz"] * (1 + SPEED_BELIEF * dice.normal()), 3)
     more = {"verdict": {"none": "none", "unknown": "unknown"}.get(kind, "effect"),
             "difference": None if any(name in cases.CONTACT for name in names) else difference,
-            "law": law or "", "depends_on": LAWS.get(law, []), "law_parameters": plain(law_parameters)}
+            "law": law or "", "depends_on": laws.ALL.get(law, []), "law_parameters": plain(law_parameters)}
     sets.write(folder, folder.name, belief, effects, nuisance, recordings, runs, noise_um=noise_m * 1e6,
                noise_A=noise_A, resolution=RESOLUTION, more=plain(more))
     return difference
 
 
-def make_set(seed, index, simulator, folder, reading=Reading(), attempts=60):
-    kind, names = hidden_in(index, seed)
+def make_set(seed, index, simulator, folder, reading=Reading(), attempts=60, chosen=()):
+    kind, names = hidden_in(index, seed, chosen)
     for attempt in range(attempts):
-        dice = np.random.default_rng([seed, index, 2 + attempt])
+        dice = np.random.default_rng([seed, index, 2 + attempt] + [1] * bool(chosen))
         try:
             difference = try_set(dice, simulator, kind, names, folder, reading)
         except (Unfit, ArithmeticError) as reason:
@@ -265,7 +288,7 @@ def make_set(seed, index, simulator, folder, reading=Reading(), attempts=60):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sets", type=int, default=ROUND, metavar="N", help=f"how many (default: a round of {ROUND})")
+    parser.add_argument("--sets", type=int, metavar="N", help=f"how many (default: a round, of {ROUND} without --laws)")
     parser.add_argument("--seed", type=int, default=1, metavar="S")
     parser.add_argument("--out", required=True, metavar="DIR")
     parser.add_argument("--only", type=int, action="append", metavar="INDEX", help="only this set; may be repeated")
@@ -273,14 +296,17 @@ def main():
                         help="whether the controller acts on what the sensors are off by (default: recording)")
     parser.add_argument("--integrators", choices=("zero", "settled"), default="zero",
                         help="where the controller's integrators stand when a recording begins (default: zero)")
+    parser.add_argument("--laws", nargs="+", choices=["all", *laws.ALL], metavar="NAME", default=[],
+                        help=f"a round of these laws only: all, or some of {', '.join(laws.ALL)}")
     args = parser.parse_args()
+    chosen = list(laws.ALL) if "all" in args.laws else args.laws
     out = pathlib.Path(args.out)
     out.mkdir(parents=True, exist_ok=True)
     simulator = driver.Simulator(out)
-    for index in args.only or range(args.sets):
+    for index in args.only or range(args.sets or len(chosen) or ROUND):
         folder = out / f"set-{index:04d}"
         if not (folder / "truth.yaml").exists():
-            make_set(args.seed, index, simulator, folder, Reading(args.offsets, args.integrators))
+            make_set(args.seed, index, simulator, folder, Reading(args.offsets, args.integrators), chosen=chosen)
 
 
 if __name__ == "__main__":
