@@ -198,10 +198,10 @@ class Recorder:
         return recordings, noise[:4], noise[4:], difference
 
 
-def sized_law(recorder, parameters, runs, aim):
+def sized_law(recorder, parameters, runs, aim, least):
     """The parameters with the coefficient that changes the runs without contact by `aim` times the noise.
 
-    More damping leaves less motion to damp: where it hardly tells any more, what it has come to does.
+    More damping leaves less motion to damp: where it hardly tells any more, what it has come to does from `least` on.
     """
     free = [run for run in runs if run["kind"] not in CONTACT_KINDS]
     without = [recorder.quiet([], run, 0.3)[0] for run in free]
@@ -215,7 +215,7 @@ def sized_law(recorder, parameters, runs, aim):
         motions = [recorder.quiet([], run, 0.3, None, parameters)[0] for run in free]
         before, change = change, math.sqrt(np.mean([np.mean(((m - w) / noise) ** 2) for m, w in zip(motions, without)]))
         growth = math.log(change / before) / math.log(factor) if before else 1.0
-        if abs(change / aim - 1) < 0.1 or growth < 0.5 and laws.AIM[0] < change < aim:
+        if abs(change / aim - 1) < 0.1 or growth < 0.5 and least < change < aim:
             return parameters
         if growth < 0.2 and change < aim:
             break
@@ -249,13 +249,13 @@ def try_set(dice, simulator, kind, names, folder, reading):
     with_contact = any(name in cases.CONTACT for name in names) or dice.random() < 0.5
     runs = sets.plan(belief, duration=0.8, contact=with_contact)
     apart = law in laws.APART
-    law_parameters, aim = laws.drawn_apart(dice, law, belief) if apart else (laws.drawn(dice, law, belief), None)
+    law_parameters, *aim = laws.drawn_apart(dice, law, belief) if apart else (laws.drawn(dice, law, belief),)
     recorder = Recorder(dice, simulator, truth, law_parameters, reading)
     for run in runs:  # most rigs that do not do show it here
         if run["kind"] == "drop":
             recorder.check_reach(run, recorder.quiet(effects, run, 0.3, None, law_parameters)[0])
     if apart:
-        recorder.law = law_parameters = sized_law(recorder, law_parameters, runs, aim)
+        recorder.law = law_parameters = sized_law(recorder, law_parameters, runs, *aim)
     limited_current(recorder, effects, runs)
     sets.raise_bursts(simulator, truth, effects, runs)
     recordings, noise_m, noise_A, difference = recorder.all(effects, runs)

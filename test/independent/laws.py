@@ -56,11 +56,13 @@ def drawn(dice, law, rig):
 
 
 def drawn_apart(dice, law, rig):
-    """(parameters of a law apart with a guess of its coefficient, the difference over noise that it is to make)."""
+    """(parameters of a law apart with a guess of its coefficient, the difference over noise that it is to make and the
+    least that does)."""
     k, rotor, planes = _stiffness(rig), rig["rotor"], rig["planes"]["amb"]
     distance = planes["b"] - planes["a"]
     z = dice.uniform(planes["a"] - BESIDE * distance, planes["b"] + BESIDE * distance)
-    phase, aim = dice.uniform(-3, 3), math.exp(dice.uniform(*map(math.log, AIM_OF.get(law, AIM))))
+    least, most = AIM_OF.get(law, AIM)
+    phase, aim = dice.uniform(-3, 3), math.exp(dice.uniform(math.log(least), math.log(most)))
     damping = 0.1 * math.sqrt(k * rotor["mass_kg"])
     tilt, arm = RADIUS / distance, distance / 2
     current = rig["controller"]["kp_A_per_m"] * RADIUS
@@ -74,7 +76,7 @@ def drawn_apart(dice, law, rig):
         "swirl_square": {"law_swirl": 0.03 * k / (SPIN * RADIUS)},
         "current_stiffening": {"law_current": 0.1 * k / current ** 2},
     }[law]
-    return parameters, aim
+    return parameters, aim, least
 
 
 def scaled(parameters, factor):

@@ -61,11 +61,11 @@ def test_a_law_has_parameters_that_the_simulator_knows_and_a_plane_near_the_roto
     for seed in range(20):
         dice = np.random.default_rng(seed)
         rig = blind.draw_rig(dice)
-        parameters, aim = laws.drawn_apart(dice, name, rig)
+        parameters, aim, least = laws.drawn_apart(dice, name, rig)
         assert set(parameters) <= set(known)
         a, b = (rig["planes"]["amb"][end] for end in "ab")
         assert a - 0.3 * (b - a) <= parameters.get("law_z_m", 0.0) <= b + 0.3 * (b - a)
-        assert laws.DIFFERENCE[0] < aim < laws.DIFFERENCE[1]
+        assert laws.DIFFERENCE[0] < least <= aim < laws.DIFFERENCE[1]
         half = laws.scaled(parameters, 0.5)
         (changed,) = [key for key in parameters if half[key] != parameters[key]]
         assert half[changed] == 0.5 * parameters[changed] and changed != "law_z_m" and "phase" not in changed
@@ -94,9 +94,11 @@ def test_damping_that_hardly_tells_any_more_is_left_where_it_is():
     recorder, runs = Saturating(), [{"kind": "steady", "records": 10}]
     recorder.most = 20.0
     weak = {"law_tilt_drag": 0.1}
-    assert blind.sized_law(recorder, weak, runs, 5.0)["law_tilt_drag"] == pytest.approx(1 / 3, rel=0.2)
+    assert blind.sized_law(recorder, weak, runs, 5.0, 3.5)["law_tilt_drag"] == pytest.approx(1 / 3, rel=0.2)
     recorder.most = 6.0
-    assert blind.sized_law(recorder, weak, runs, 13.0)["law_tilt_drag"] < 100.0
+    assert blind.sized_law(recorder, weak, runs, 13.0, 3.5)["law_tilt_drag"] < 100.0
+    with pytest.raises(blind.Unfit, match="not to 13.0"):
+        blind.sized_law(recorder, weak, runs, 13.0, 9.0)
     recorder.most = 3.0
     with pytest.raises(blind.Unfit, match="not to 13.0"):
-        blind.sized_law(recorder, weak, runs, 13.0)
+        blind.sized_law(recorder, weak, runs, 13.0, 3.5)
