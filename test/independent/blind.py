@@ -44,6 +44,7 @@ ROUND = len(FREE) + len(cases.CONTACT) + CLEAN + len(LAWS) + PAIRS
 IN_LOOP = 0.4           # of a sensor's noise
 OFFSET_M = 1e-6         # of sensors, and their drift in a run
 SPEED_BELIEF = 0.001    # of a constant speed
+LOUDER = 1.5            # times the noise without a law apart it may be with it
 SETTLING = 3.0          # run-in of integrators, whose loops take up to half a second [s]
 RESOLUTION = (0.01, 0.001)  # um, A
 CONTACT_KINDS = ("rub", "drop")
@@ -199,7 +200,7 @@ class Recorder:
 
 
 def sized_law(recorder, parameters, runs, aim, least):
-    """The parameters with the coefficient that changes the runs without contact by `aim` times the noise.
+    """The parameters with the coefficient that changes the runs without contact by `aim` times the noise, and that noise.
 
     More damping leaves less motion to damp: where it hardly tells any more, what it has come to does from `least` on.
     """
@@ -216,7 +217,7 @@ def sized_law(recorder, parameters, runs, aim, least):
         before, change = change, math.sqrt(np.mean([np.mean(((m - w) / noise) ** 2) for m, w in zip(motions, without)]))
         growth = math.log(change / before) / math.log(factor) if before else 1.0
         if abs(change / aim - 1) < 0.1 or growth < 0.5 and least < change < aim:
-            return parameters
+            return parameters, noise
         if growth < 0.2 and change < aim:
             break
         factor = float(np.clip(aim / change, 0.2, 4.0))
@@ -255,10 +256,13 @@ def try_set(dice, simulator, kind, names, folder, reading):
         if run["kind"] == "drop":
             recorder.check_reach(run, recorder.quiet(effects, run, 0.3, None, law_parameters)[0])
     if apart:
-        recorder.law = law_parameters = sized_law(recorder, law_parameters, runs, *aim)
+        law_parameters, noise = sized_law(recorder, law_parameters, runs, *aim)
+        recorder.law = law_parameters
     limited_current(recorder, effects, runs)
     sets.raise_bursts(simulator, truth, effects, runs)
     recordings, noise_m, noise_A, difference = recorder.all(effects, runs)
+    if apart and (np.concatenate([noise_m, noise_A]) > LOUDER * noise).any():
+        raise Unfit("the law has two motions to settle in: what the loop's noise decides would be stated as noise")
     if apart and not laws.DIFFERENCE[0] <= difference <= laws.DIFFERENCE[1]:
         raise Unfit(f"the law comes to {difference:.1f} times the noise")
     for run in runs:

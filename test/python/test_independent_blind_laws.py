@@ -94,9 +94,11 @@ def test_damping_that_hardly_tells_any_more_is_left_where_it_is():
     recorder, runs = Saturating(), [{"kind": "steady", "records": 10}]
     recorder.most = 20.0
     weak = {"law_tilt_drag": 0.1}
-    assert blind.sized_law(recorder, weak, runs, 5.0, 3.5)["law_tilt_drag"] == pytest.approx(1 / 3, rel=0.2)
+    sized, noise = blind.sized_law(recorder, weak, runs, 5.0, 3.5)
+    assert sized["law_tilt_drag"] == pytest.approx(1 / 3, rel=0.2)
+    assert noise == pytest.approx([1e-6] * 4 + [1e-2] * 4)
     recorder.most = 6.0
-    assert blind.sized_law(recorder, weak, runs, 13.0, 3.5)["law_tilt_drag"] < 100.0
+    assert blind.sized_law(recorder, weak, runs, 13.0, 3.5)[0]["law_tilt_drag"] < 100.0
     with pytest.raises(blind.Unfit, match="not to 13.0"):
         blind.sized_law(recorder, weak, runs, 13.0, 9.0)
     recorder.most = 3.0
