@@ -1,7 +1,8 @@
-"""A new effect from the law that a diagnosis proposes: as a file of format amb-effect/1, and as C++.
+"""A new effect from the law that a diagnosis proposes: as a file of format amb-effect/1 (as C++: new_effect_cpp.py).
 
-Each term of the law (the hypothesis effect `force_law`) is known here as a force, in the formulas of effect files and in
-C++. p = (x, y) is the rotor's displacement at a magnetic bearing, v its velocity, i the current, t the shaft's angle.
+Each term of the law (the hypothesis effects `force_law`, and `force_law_at_plane` of one plane of the rotor) is known here as
+a force, in the formulas of effect files and in C++. p = (x, y) is the rotor's displacement at a magnetic bearing or that plane,
+v its velocity, i the current, t the shaft's angle.
 """
 from __future__ import annotations
 
@@ -81,6 +82,8 @@ def _antisymmetric(term: Term) -> Term:
 
 # The frequency of the terms that repeat in time: one more parameter of an effect that has such a term.
 FREQUENCY = "time_frequency_hz"
+# The axial position of a law at one plane: its last parameter.
+PLANE = "z_m"
 
 _PLAIN = (
     _along("position_N_per_m", "N/m", "stiffness: p", "any motion", "", ""),
@@ -147,34 +150,20 @@ TERMS |= {f"antisym_{name}": _antisymmetric(TERMS[name]) for name in _BOTH_WAYS}
 
 # What the formulas call on beside the quantities; each is written where a term needs it.
 _WHERE = {"radius": "hypot(x, y)", "rate": "sqrt(vx^2 + vy^2 + 1e-24)"}
-_CPP_WHERE = {"radius": "squareRoot(p.dot(p))", "rate": "squareRoot(v.dot(v) + S(1e-24))",
-              "side": "S(site.end == 0 ? -1.0 : 1.0)", "c2": "shaft.cosine * shaft.cosine - shaft.sine * shaft.sine",
-              "s2": "S(2.0) * shaft.sine * shaft.cosine", "c3": "shaft.cosine * c2 - shaft.sine * s2",
-              "s3": "shaft.sine * c2 + shaft.cosine * s2"}
 # A fit may move a coefficient this many times its first value, either way.
 _REACH = 1e3
 
 
-_NO_NEUTRAL = 'std::nan("")'
-# How far a frequency may move in a fit.
-_FREQUENCY_REACH = 0.02
+# How far a frequency may move in a fit, and a plane from the centre of mass.
+_FREQUENCY_REACH, _FARTHEST_PLANE_M = 0.02, 2.0
 
 
-def _reads(text: str, name: str) -> bool:
+def reads(text: str, name: str) -> bool:
     return re.search(rf"\b{name}\b", text) is not None
 
 
 def _needed(terms: list[Term]) -> list[str]:
-    return [name for name in _WHERE if any(_reads(term.x + " " + term.y, name) for term in terms)]
-
-
-def _cpp_needed(text: str) -> list[str]:
-    """The local values that C++ formulas call on, with those that these call on, in the order of their definition."""
-    needed = {name for name in _CPP_WHERE if _reads(text, name)}
-    for name in reversed(list(_CPP_WHERE)):
-        if name in needed:
-            needed |= {other for other in _CPP_WHERE if _reads(_CPP_WHERE[name], other)}
-    return [name for name in _CPP_WHERE if name in needed]
+    return [name for name in _WHERE if any(reads(term.x + " " + term.y, name) for term in terms)]
 
 
 def repeats(terms: list[dict]) -> bool:
@@ -182,8 +171,9 @@ def repeats(terms: list[dict]) -> bool:
     return any(FREQUENCY in TERMS[row["term"]].x + TERMS[row["term"]].y for row in terms)
 
 
-def parameters(terms: list[dict], frequency_hz: float | None = None) -> list[dict]:
-    """The parameters of an effect with these terms, as in its file. term: a name of TERMS and a coefficient."""
+def parameters(terms: list[dict], frequency_hz: float | None = None, plane_z_m: float | None = None) -> list[dict]:
+    """The parameters of an effect with these terms, as in its file. term: a name of TERMS and a coefficient; plane_z_m: of the
+    one plane at which it acts."""
     rows = []
     if repeats(terms):
         frequency = 50.0 if frequency_hz is None else frequency_hz
@@ -194,30 +184,36 @@ def parameters(terms: list[dict], frequency_hz: float | None = None) -> list[dic
         reach = _REACH * abs(value) if value else 1.0
         rows.append({"name": term.name, "unit": term.unit, "lower": -reach, "upper": reach, "typical": value,
                      "neutral": 0.0, "meaning": f"force per {term.meaning}"})
+    if plane_z_m is not None:
+        rows.append({"name": PLANE, "unit": "m", "lower": -_FARTHEST_PLANE_M, "upper": _FARTHEST_PLANE_M,
+                     "typical": float(f"{plane_z_m:.6g}"), "meaning": "axial position"})
     return rows
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
     """As a YAML float: with a point."""
     text = repr(float(value))
     return text if "." in text or "e" not in text else text.replace("e", ".0e")
 
 
-def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], frequency_hz: float | None = None) -> str:
+def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], frequency_hz: float | None = None,
+              plane_z_m: float | None = None) -> str:
     """The effect file."""
     chosen = [TERMS[row["term"]] for row in terms]
     lines = [f"# {remark}" for remark in remarks]
     lines += ["format: amb-effect/1", f"effect: {name}", f'summary: "{summary}"',
               f'excited_by: "{"; ".join(dict.fromkeys(term.excited_by for term in chosen))}"',
-              "place: magnetic_bearings              # or: rotor (at a parameter z_m), sensors", "parameters:"]
-    for row in parameters(terms, frequency_hz):
+              "place: magnetic_bearings              # or: rotor (at a parameter z_m), sensors" if plane_z_m is None
+              else "place: rotor                          # at z_m; or: magnetic_bearings, sensors", "parameters:"]
+    for row in parameters(terms, frequency_hz, plane_z_m):
         keys = [key for key in ("lower", "upper", "typical", "neutral") if key in row]
-        numbers = ", ".join(f"{key}: {_number(row[key])}" for key in keys)
+        numbers = ", ".join(f"{key}: {number(row[key])}" for key in keys)
         lines.append(f'  - {{name: {row["name"]}, unit: "{row["unit"]}", {numbers},\n     meaning: "{row["meaning"]}"}}')
     needed = _needed(chosen)
     if needed:
         lines += ["where:"] + [f'  {key}: "{_WHERE[key]}"' for key in needed]
-    lines.append("law:                                  # of x y vx vy ix iy angle speed time end, and the names above")
+    names = "x y vx vy ix iy angle speed time end" if plane_z_m is None else "x y vx vy angle speed time"
+    lines.append(f"law:                                  # of {names}, and the names above")
     for axis in ("x", "y"):
         formula = " + ".join(f"{term.name} * ({getattr(term, axis)})" for term in chosen)
         lines.append(f'  force_{axis}_N: "{formula}"')
@@ -226,110 +222,3 @@ def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], fr
 
 def class_name(name: str) -> str:
     return "".join(part.capitalize() for part in name.split("_"))
-
-
-def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float | None = None) -> str:
-    """The effect as a header for include/amb_rotor/effects/."""
-    chosen = [TERMS[row["term"]] for row in terms]
-    own = parameters(terms, frequency_hz)
-    first = len(own) - len(chosen)  # the frequency comes before the coefficients
-    law = " + ".join(f"{term.name} {term.meaning.split(': ')[-1].split(', rounded')[0]}" for term in chosen)
-    rows = ",\n             ".join(
-        f'parameter("{row["name"]}", "{row["unit"]}", {_number(row["lower"])}, {_number(row["upper"])}, '
-        f'{_number(row["typical"])}, {"0.0" if "neutral" in row else _NO_NEUTRAL},\n                       "{row["meaning"]}")'
-        for row in own)
-    force = {axis: " +\n                ".join(f"c_[{k + first}] * ({getattr(term, 'cpp_' + axis)})"
-                                                 for k, term in enumerate(chosen))
-             for axis in ("x", "y")}
-    text = force["x"] + force["y"]
-    local = [f"      const Vec2<S>& {v} = site.{full};" for v, full in
-             (("p", "position"), ("v", "velocity"), ("i", "current"))
-             if f"{v}.x" in text or f"{v}.y" in text or f"{v}.dot" in text]
-    needed = _cpp_needed(text)
-    if "shaft." in text + "".join(_CPP_WHERE[key] for key in needed) or first:
-        local.append("      const Shaft<S>& shaft = *site.shaft;")
-    local += [f"      const S {key} = {_CPP_WHERE[key]};" for key in needed]
-    if first:
-        local += ["      S hum_sine, hum_cosine;", "      sineCosine(S(two_pi * shaft.time) * c_[0], hum_sine, hum_cosine);"]
-    body = "\n".join(local)
-    return f"""#pragma once
-// {summary}. At each magnetic bearing, while it is on, with p the rotor's displacement there, v its
-// velocity, i the current that makes the force and t the shaft's angle:
-//   F = {law}
-// TO COMPLETE: the mechanism, and after the words Valid, Source and Left out, each with a colon, the range in which the
-// law holds, where it is from and what it leaves out.
-#include "amb_rotor/effects/effect.hpp"
-
-namespace amb_rotor::effects {{
-
-struct {class_name(name)} {{
-  static EffectSchema schema() {{
-    return {{"{name}",
-            "{summary}",
-            "{'; '.join(dict.fromkeys(term.excited_by for term in chosen))}",
-            {{{rows}}},
-            false}};
-  }}
-
-  template <class S>
-  class Physics final : public EffectPhysics<S> {{
-   public:
-    explicit Physics(const std::vector<S>& p) : c_(p) {{}}
-    unsigned roles() const override {{ return acts_on_bearing_force; }}
-    void bearingForce(const BearingSite<S>& site, Vec2<S>& force) const override {{
-{body}
-      force += {{{force["x"]},
-                {force["y"]}}};
-    }}
-
-   private:
-    std::vector<S> c_;
-  }};
-}};
-
-}}  // namespace amb_rotor::effects
-"""
-
-
-def cpp_test(name: str, terms: list[dict], frequency_hz: float | None = None) -> str:
-    """Its test for test/unit/: what the formulas give at one place; the closed form is for a person to add."""
-    rows = parameters(terms, frequency_hz)
-    values = ", ".join(_number(row["typical"]) for row in rows)
-    first = len(rows) - len(terms)  # the frequency, which is no coefficient, comes first
-    return f"""// {class_name(name)}: the force against its closed form.
-#include <gtest/gtest.h>
-
-#include "amb_rotor/effects/{name}.hpp"
-
-namespace amb_rotor::effects {{
-namespace {{
-
-TEST({class_name(name)}Test, VanishesAtItsNeutralValuesAndIsLinearInItsCoefficients) {{
-  const std::vector<double> typical = {{{values}}};
-  std::vector<double> twice = typical, none = typical;
-  for (std::size_t i = {first}; i < typical.size(); ++i) {{
-    twice[i] = 2.0 * typical[i];
-    none[i] = 0.0;
-  }}
-  Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
-  shaft.time = 0.37;
-  const Rig<double> rig;
-  const BearingSite<double> site{{&rig, &shaft, 0, {{2e-5, -3e-5}}, {{0.01, 0.02}}, {{0.3, -0.2}}, 0.0}};
-  const auto force = [&](const std::vector<double>& values) {{
-    Vec2<double> sum;
-    {class_name(name)}::Physics<double>(values).bearingForce(site, sum);
-    return sum;
-  }};
-  EXPECT_EQ(force(none).dot(force(none)), 0.0);
-  EXPECT_GT(force(typical).dot(force(typical)), 0.0);
-  EXPECT_DOUBLE_EQ(force(twice).x, 2.0 * force(typical).x);
-  EXPECT_DOUBLE_EQ(force(twice).y, 2.0 * force(typical).y);
-}}
-
-TEST({class_name(name)}Test, IsTheClosedForm) {{
-  FAIL() << "to complete: the force at one place, worked out by hand from the mechanism";
-}}
-
-}}  // namespace
-}}  // namespace amb_rotor::effects
-"""

@@ -154,6 +154,13 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
                                     ? py::object(py::float_(diagnosis.unexplained.frequency_hz))
                                     : py::object(py::none());
   unexplained["held_out_gain"] = diagnosis.unexplained.held_out_gain;
+  unexplained["plane_z_m"] = py::none();
+  if (diagnosis.unexplained.plane_z_m) {
+    py::dict plane;
+    plane["value"] = *diagnosis.unexplained.plane_z_m;
+    plane["std"] = diagnosis.unexplained.plane_std_m;
+    unexplained["plane_z_m"] = plane;
+  }
   d["format"] = "amb-diagnosis/1";
   d["verdict"] = diagnosis.verdict;
   d["noise_floor"] = diagnosis.noise_floor;

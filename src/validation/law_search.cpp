@@ -1,26 +1,20 @@
 #include "law_search.hpp"
 
-#include "path_forces.hpp"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bitset>
 #include <cmath>
 #include <map>
-#include <set>
-#include <sstream>
 
-#include "amb_rotor/effects/catalogue.hpp"
-#include "amb_rotor/effects/force_law.hpp"
+#include "amb_rotor/effects/law_terms.hpp"
 #include "amb_rotor/validation/start_screen.hpp"
-#include "amb_rotor/validation/term_search.hpp"
 
 namespace amb_rotor {
 namespace {
 
-/// Contenders about a point: single terms, pairs; and for a further term.
-constexpr int first_singles = 3, first_pairs = 2, further_singles = 3;
+/// Contenders for a further term.
+constexpr int further_singles = 3;
 /// Single terms that are fitted after the screen, rounds of the screen, and how far a round may move a term's size.
 constexpr std::size_t screened_singles = 5;
 constexpr int screen_rounds = 3;
@@ -31,47 +25,35 @@ constexpr double largest_move = 30.0, retreat = 0.2;
 /// Iterations of a contender's first look, and of the best of them after it.
 constexpr int glance_iterations = 2, refining_iterations = 5;
 constexpr std::size_t finalists = 3;
-/// Terms that a law may have.
-constexpr std::size_t most_terms = 3;
-/// Rounds along the measured path; what is left out of the begin of a run, in which the force sets in.
-constexpr int path_rounds = 3;
-constexpr double begin_left_out_s = 0.1, begin_left_out_share = 0.2;
 /// Share of what is unexplained that terms must take to bring in quantities that the other terms do not depend on, where these
 /// alone leave no more than the other share.
 constexpr double further_quantity_share = 0.1, nearly_all_left = 0.2;
 /// Prior standard deviations by which a nuisance counts as pulled away.
 constexpr double far_from_belief = 1.0;
 
-std::vector<EffectSetting> withLaw(std::vector<EffectSetting> effects, double frequency_hz) {
-  std::vector<double> values(effects::ForceLaw::term_count + 1, 0.0);
-  values[effects::ForceLaw::term_count] = frequency_hz > 0.0 ? frequency_hz : 50.0;
-  effects.push_back({"force_law", values});
+std::vector<EffectSetting> with(std::vector<EffectSetting> effects, EffectSetting one) {
+  effects.push_back(std::move(one));
   return effects;
 }
 
 }  // namespace
 
-std::vector<std::string> quantitiesOf(const std::string& meaning) {
-  std::vector<std::string> out;
-  std::stringstream list(meaning.substr(0, meaning.find(':')));
-  for (std::string q; std::getline(list, q, ',');) out.push_back(q.substr(q.find_first_not_of(' ')));
-  return out;
-}
-
 LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& belief,
-                     const std::vector<EffectSetting>& adopted, double frequency_hz, double offset_std_m)
-    : recordings_(recordings),
+                     const std::vector<EffectSetting>& adopted, double frequency_hz, double offset_std_m, LawPlace place)
+    : place_(place),
+      recordings_(recordings),
       offset_std_(offset_std_m),
       bare_(belief, adopted),
-      space_(belief, withLaw(adopted, frequency_hz)),
+      space_(belief, with(adopted, place.withoutForce(frequency_hz))),
       frequency_hz_(frequency_hz),
       problem_(recordings, space_, offset_std_m) {
-  first_ = space_.size() - effects::ForceLaw::term_count;
-  const auto& parameters = effectCatalogue().find("force_law")->parameters;
+  first_ = bare_.size();
+  if (place.plane_z_m) plane_ = first_ + place.terms();
+  const auto& parameters = place.schema().parameters;
   std::map<std::string, unsigned> bits;
   for (int k = 0; k < first_; ++k) base_.push_back(k);
-  for (int term = 0; term < effects::ForceLaw::term_count; ++term) {
-    const bool hum = term >= effects::ForceLaw::hum_x_cosine && term <= effects::ForceLaw::hum_y_sine;
+  for (int term = 0; term < place_.terms(); ++term) {
+    const bool hum = term >= effects::LawTerms::hum_x_cosine && term <= effects::LawTerms::hum_y_sine;
     if (hum && frequency_hz <= 0.0) continue;
     library_.push_back(first_ + term);
     unsigned all = 0;
@@ -89,14 +71,21 @@ LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& beli
   fit_.insert(fit_.end(), turning_.begin(), turning_.end());
 }
 
+/// The start, with the plane of x.
+Eigen::VectorXd LawSearch::startAt(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd out = space_.start();
+  if (plane_ >= 0) out[plane_] = x[plane_];
+  return out;
+}
+
 /// Normal equations about x, moved to the start, priors included. False: not finite.
 bool LawSearch::linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h,
                           Eigen::VectorXd& g) const {
   NormalEquations sum = problem_.evaluate(x, turning_, local, {});
   NormalEquations still = problem_.evaluate(x, still_, local, {});
   // at standstill the shaft's angle is not known: what its terms do there is taken as free
-  for (int term = 0; term < effects::ForceLaw::term_count; ++term)
-    if (effects::ForceLaw::readsAngle(term)) {
+  for (int term = 0; term < place_.terms(); ++term)
+    if (effects::LawTerms::readsAngle(term)) {
       const int k = first_ + term;
       still.h.row(k).setZero();
       still.h.col(k).setZero();
@@ -104,7 +93,7 @@ bool LawSearch::linearise(const Eigen::VectorXd& x, std::vector<LocalState>& loc
     }
   sum.add(still);
   h = sum.h;
-  g = sum.g + sum.h * (x - space_.start());
+  g = sum.g + sum.h * (x - startAt(x));
   priors(h, g);
   return sum.finite;
 }
@@ -116,98 +105,6 @@ void LawSearch::priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const {
     h(k, k) += weight;
     g[k] += weight * (c.prior_mean - space_.start()[k]);
   }
-}
-
-/// As linearise(), where no term acts, with the terms' forces along the measured path.
-void LawSearch::followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h,
-                           Eigen::VectorXd& g) const {
-  const StartScreen screen(recordings_, fit_, bare_, x.head(first_), local, offset_std_);
-  const Model model = bare_.model(x.head(first_));
-  std::vector<EffectSetting> forces;
-  for (const int k : library_) {
-    forces.push_back(withLaw({}, frequency_hz_).back());
-    forces.back().values[k - first_] = space_.coordinates()[k].scale;
-  }
-  double from_s = begin_left_out_s;
-  for (const int r : fit_) from_s = std::min(from_s, begin_left_out_share * recordings_[r].duration());
-  const int terms = static_cast<int>(library_.size());
-  const Eigen::MatrixXd all = screen.products(terms, [&](const ReferenceRun& run) {
-    auto changes = responsesAlongPath(run, model, forces);
-    for (int t = 0; t < terms && run.recording.standstill; ++t)
-      if (effects::ForceLaw::readsAngle(library_[t] - first_)) changes[t].clear();
-    return changes;
-  }, from_s);
-  std::vector<int> place = base_;
-  place.insert(place.end(), library_.begin(), library_.end());
-  const auto column = [&](int i) { return i < first_ ? i : i + 1; };  // the residual stands between
-  const auto scale = [&](int i) { return i < first_ ? 1.0 : space_.coordinates()[place[i]].scale; };
-  h = Eigen::MatrixXd::Zero(space_.size(), space_.size());
-  g = Eigen::VectorXd::Zero(space_.size());
-  for (int i = 0; i < static_cast<int>(place.size()); ++i) {
-    g[place[i]] = all(column(i), first_) / scale(i);
-    for (int j = 0; j < static_cast<int>(place.size()); ++j)
-      h(place[i], place[j]) = all(column(i), column(j)) / (scale(i) * scale(j));
-  }
-  g += h * (x - space_.start());
-  priors(h, g);
-}
-
-/// Laws of one to three terms by their forces along the measured path, the nuisance led by the best of them: that law, what
-/// it has of each set of quantities and the best of that set alone, and the best of one term and of two.
-LawSearch::AlongPath LawSearch::alongPath(const Hypothesis& about, const Stakes& stakes) const {
-  AlongPath out;
-  Eigen::VectorXd x = about.x;
-  x.tail(space_.size() - first_).setZero();
-  Eigen::MatrixXd h;
-  Eigen::VectorXd g;
-  const auto solved = [&](const std::vector<int>& terms) {
-    std::vector<int> free = base_;
-    free.insert(free.end(), terms.begin(), terms.end());
-    const Eigen::VectorXd goal = solveFor(h, g, free);
-    Eigen::VectorXd at = space_.start();
-    for (std::size_t i = 0; i < free.size(); ++i) at[free[i]] += goal[static_cast<long>(i)];
-    return space_.clamped(at);
-  };
-  TermChoice best;
-  for (int round = 0; round < path_rounds; ++round) {
-    followPath(x, about.local, h, g);
-    const std::vector<int> before = best.terms;
-    best = bestTerms(h, g, base_, library_, quantities_, stakes.least, stakes.tie, most_terms);
-    out.promised = best.drop;
-    if (best.terms.empty()) return out;
-    if (best.terms == before) break;
-    x = solved(best.terms);
-    x.tail(space_.size() - first_).setZero();
-  }
-  const auto add = [&](std::vector<int> terms) {
-    std::sort(terms.begin(), terms.end());
-    if (terms.empty() || std::any_of(out.laws.begin(), out.laws.end(), [&](const Hypothesis& o) { return o.terms == terms; })) return;
-    Hypothesis one;
-    one.x = solved(terms);
-    one.terms = std::move(terms);
-    one.local = about.local;
-    out.laws.push_back(std::move(one));
-  };
-  const auto bestOfSet = [&](unsigned quantities) {
-    std::vector<int> alike;
-    for (std::size_t i = 0; i < library_.size(); ++i)
-      if (quantities_[i] == quantities) alike.push_back(library_[i]);
-    const std::vector<unsigned> of_these(alike.size(), quantities);
-    return bestTerms(h, g, base_, alike, of_these, stakes.least, stakes.tie, most_terms);
-  };
-  for (const unsigned quantities : std::set<unsigned>(quantities_.begin(), quantities_.end()))
-    out.by_one_set = std::max(out.by_one_set, bestOfSet(quantities).drop);
-  add(best.terms);
-  for (const int term : best.terms) {
-    std::vector<int> own;
-    for (const int k : best.terms)
-      if (quantitiesIn({k}) == quantitiesIn({term})) own.push_back(k);
-    add(own);
-    add(bestOfSet(quantitiesIn({term})).terms);
-  }
-  for (const TermChoice& one : bestSubsets(h, g, base_, library_, 1, first_singles)) add(one.terms);
-  for (const TermChoice& two : bestSubsets(h, g, base_, library_, 2, first_pairs)) add(two.terms);
-  return out;
 }
 
 double LawSearch::chi2(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
@@ -257,7 +154,7 @@ std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singl
       std::vector<int> free = base_;
       free.insert(free.end(), terms.begin(), terms.end());
       const Eigen::VectorXd goal = solveFor(h, g, free);
-      one.x = space_.start();
+      one.x = startAt(about.x);
       for (std::size_t i = 0; i < free.size(); ++i) one.x[free[i]] += goal[static_cast<long>(i)];
       one.x = space_.clamped(one.x);
     }
@@ -268,7 +165,7 @@ std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singl
   for (int size = 1; size <= 2; ++size)
     for (TermChoice& more : bestSubsets(h, g, base, library, size, size == 1 ? singles : pairs)) {
       more.terms.insert(more.terms.end(), about.terms.begin(), about.terms.end());
-      if (more.terms.size() <= most_terms) add(more.terms);
+      if (static_cast<int>(more.terms.size()) <= most_terms) add(more.terms);
     }
   if (singles > 0) add(bestTerms(h, g, base_, library_, quantities_, stakes.least, stakes.tie, about.terms.empty() ? 2 : 3).terms);
   for (const TermChoice& other : bestSubsets(h, g, base_, library_, 1, instead)) add(other.terms);
@@ -292,7 +189,7 @@ void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
     options.covariance = false;
     options.columns_at_once = true;
     options.held.assign(space_.size(), false);
-    for (int k = first_; k < space_.size(); ++k)
+    for (int k = first_; k < first_ + place_.terms(); ++k)
       options.held[k] = std::find(one.terms.begin(), one.terms.end(), k) == one.terms.end();
     const FitResult found = fit(problem_, one.x, fit_, one.local, options);
     one.x = found.x;
@@ -333,7 +230,7 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
   for (const bool angle : {false, true}) {
     std::vector<int> terms;
     for (const int k : library_)
-      if (effects::ForceLaw::readsAngle(k - first_) == angle) terms.push_back(k);
+      if (effects::LawTerms::readsAngle(k - first_) == angle) terms.push_back(k);
     std::vector<double> size, gain(terms.size(), 0.0);
     for (const int k : terms) size.push_back(space_.coordinates()[k].scale);
     for (int round = 0; round < screen_rounds; ++round) {
@@ -376,16 +273,6 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
   return different;
 }
 
-LawSearch::Begun LawSearch::begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before,
-                                  double count) {
-  Begun out = {{}, Stakes(before, count), {}, {}, {}};
-  out.without.x = at;
-  out.without.local = local;
-  out.without.chi2 = before;
-  out.along = alongPath(believed(out.without), out.stakes);
-  return out;
-}
-
 const Hypothesis& LawSearch::plain(Begun& begun) {
   if (!begun.plain) begun.plain = plainAlongPath(begun).terms.empty() ? plainByScreen(begun) : plainAlongPath(begun);
   return *begun.plain;
@@ -402,26 +289,6 @@ void LawSearch::refineBest(std::vector<Hypothesis>& these) {
   refine(these, glance_iterations);
   these.resize(std::min(these.size(), plain_finalists));
   refine(these, refining_iterations);
-}
-
-const Hypothesis& LawSearch::plainAlongPath(Begun& begun) {
-  if (begun.plain_along_path) return *begun.plain_along_path;
-  const Stakes& stakes = begun.stakes;
-  begun.plain_along_path = begun.without;
-  std::vector<Hypothesis> these;
-  for (const Hypothesis& law : begun.along.laws)
-    if (quantitiesIn(law.terms) == quantitiesIn({law.terms[0]})) these.push_back(law);
-  refineBest(these);
-  if (these.empty() || !stakes.nothingLeft(chosen(these, stakes).chi2)) return *begun.plain_along_path;
-  Hypothesis law = chosen(these, stakes);
-  if (law.terms.size() > 1) {  // several may make up one that stands out near the right motion
-    these = contenders(law, 0, 0, stakes, first_singles);
-    refineBest(these);
-    these.push_back(law);
-    law = chosen(these, stakes);
-  }
-  begun.plain_along_path = std::move(law);
-  return *begun.plain_along_path;
 }
 
 /// The one term that explains all but what a further one could earn, over a relative that bends the motion about right.
@@ -491,7 +358,7 @@ Hypothesis LawSearch::ofTerms(Begun& begun) {
     const long more = static_cast<long>(next.terms.size()) - static_cast<long>(stands.terms.size());
     if (!(stands.chi2 - next.chi2 > stakes.least * static_cast<double>(std::max(1L, more)))) return stands;
     stands = next;
-    if (stakes.nothingLeft(stands.chi2) || stands.terms.size() == most_terms) return stands;
+    if (stakes.nothingLeft(stands.chi2) || static_cast<int>(stands.terms.size()) == most_terms) return stands;
     these = contenders(stands, further_singles, 0, stakes);
   }
 }

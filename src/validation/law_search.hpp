@@ -1,5 +1,6 @@
 #pragma once
-// Which law of up to three terms, as force at the bearings (effects/force_law.hpp), explains runs without contact best.
+// Which law of up to three terms, as force at the bearings or at one plane of the rotor (effects/law_terms.hpp), explains runs
+// without contact best. The plane is fitted along with the terms, from where the search is told to begin.
 //
 // Terms that promise most where everything is linearised about a point (term_search.hpp) are contenders only: a law that
 // matters bends the motion, and next to no force |p|^2 p and |p|^3 p look alike. Each contender is fitted to an end, with
@@ -11,7 +12,10 @@
 #include <vector>
 
 #include "amb_rotor/validation/fit.hpp"
+#include "amb_rotor/validation/start_screen.hpp"
+#include "amb_rotor/validation/term_search.hpp"
 #include "fitted_laws.hpp"
+#include "law_place.hpp"
 
 namespace amb_rotor {
 
@@ -21,9 +25,8 @@ constexpr double least_term_share = 0.05, equal_share = 0.01;
 constexpr double loop_floor = 0.015;
 /// Share of what any three terms explain along the measured path that one set of quantities must explain to foresee a plain law.
 constexpr double plain_by_one_set = 0.88;
-
-/// Quantities of a term, out of its meaning ("position, velocity: ...").
-std::vector<std::string> quantitiesOf(const std::string& meaning);
+/// Terms that a law may have. Contenders about a point without a law: single terms, pairs.
+constexpr int most_terms = 3, first_singles = 3, first_pairs = 2;
 
 class LawSearch {
  public:
@@ -31,8 +34,10 @@ class LawSearch {
   /// @param adopted       effects beside which the law stands; their numbers are fitted too
   /// @param frequency_hz  of the terms that repeat in time; 0: they take no part
   LawSearch(const std::vector<Recording>& recordings, const Model& belief, const std::vector<EffectSetting>& adopted,
-            double frequency_hz, double offset_std_m);
+            double frequency_hz, double offset_std_m, LawPlace place = {});
 
+  const LawPlace& place() const { return place_; }
+  int planeCoordinate() const { return plane_; }  ///< -1: the law is at the bearings
   const std::vector<int>& fitted() const { return fit_; }    ///< recordings: to fit, without contact
   const std::vector<int>& heldOut() const { return held_out_; }
   const FitSpace& space() const { return space_; }
@@ -52,6 +57,7 @@ class LawSearch {
   struct AlongPath {
     std::vector<Hypothesis> laws;
     double promised = 0.0, by_one_set = 0.0;  ///< the latter: the best law of one set of quantities
+    double left_by_one_set = 0.0;             ///< what that leaves of chi2 above the noise
     /// Whether one set of quantities does there nearly what any three terms do: so do plain laws, but not two effects.
     bool foreseesPlain() const { return by_one_set >= plain_by_one_set * promised; }
   };
@@ -66,6 +72,16 @@ class LawSearch {
 
   /// @param at  the model as it stands, without a law; `before` its chi2, `count` of how many residuals
   Begun begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count);
+  /// What the best law of one set of quantities leaves by its forces along the measured path: of chi2 above the noise, to hold
+  /// places to each other, with the nuisance (and the adopted effects' numbers) beside it.
+  struct Left {
+    double above;
+    Eigen::VectorXd x;
+  };
+  /// Of the few terms that differ most.
+  /// @param screen  at `nuisance`, see screenAt(); of any place
+  Left leftByOneSet(const StartScreen& screen, const Eigen::VectorXd& nuisance, const Stakes& stakes) const;
+  StartScreen screenAt(const Eigen::VectorXd& x, const std::vector<LocalState>& local) const;
 
   /// The one term, or the few of one set of quantities, that explains all but what a further one could earn, at the adopted
   /// effects' numbers of the begin, from its nuisance and from the believed one.
@@ -79,7 +95,15 @@ class LawSearch {
  private:
   bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   void priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
-  void followPath(const Eigen::VectorXd& x, const std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
+  double followPath(const StartScreen& screen, const Eigen::VectorXd& x, const std::vector<int>& library, Eigen::MatrixXd& h,
+                    Eigen::VectorXd& g) const;
+  Eigen::VectorXd startAt(const Eigen::VectorXd& x) const;
+  TermChoice bestOfSet(unsigned quantities, const std::vector<int>& library, const Eigen::MatrixXd& h, const Eigen::VectorXd& g,
+                       const Stakes& stakes) const;
+  TermChoice bestOfOneSet(const std::vector<int>& library, const Eigen::MatrixXd& h, const Eigen::VectorXd& g,
+                          const Stakes& stakes) const;
+  Left leftByOneSet(double above, const std::vector<int>& library, const Eigen::VectorXd& x, const Eigen::MatrixXd& h,
+                    const Eigen::VectorXd& g, const Stakes& stakes) const;
   AlongPath alongPath(const Hypothesis& about, const Stakes& stakes) const;
   /// What best() is before sparing().
   Hypothesis ofTerms(Begun& begun);
@@ -96,10 +120,11 @@ class LawSearch {
 
   std::vector<Hypothesis> screened(const Hypothesis& about) const;
 
+  LawPlace place_;
   const std::vector<Recording>& recordings_;
   double offset_std_;
   FitSpace bare_, space_;  ///< without the law, and with it
-  int first_ = 0;
+  int first_ = 0, plane_ = -1;
   double frequency_hz_;
   FitProblem problem_;
   std::vector<int> base_, library_, fit_, still_, turning_, held_out_;

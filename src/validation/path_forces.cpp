@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/error.hpp"
 #include "amb_rotor/effects/all.hpp"
 #include "amb_rotor/magnetic_bearing/amplifier.hpp"
 #include "amb_rotor/validation/loop_offsets.hpp"
@@ -51,19 +52,62 @@ Path measuredPath(const ReferenceRun& run, const Model& model) {
   return out;
 }
 
+/// The rotor at an instant, taken as straight: forces at its planes as those at the magnetic bearings that do the same.
+class PathRotor final : public RotorPort<double>, public RotorForces<double> {
+ public:
+  explicit PathRotor(const Rig<double>& rig) : rig_(rig) {}
+  int addPlane(const double& z) override {
+    share_.push_back((z - rig_.planes.amb[0]) / (rig_.planes.amb[1] - rig_.planes.amb[0]));
+    return static_cast<int>(share_.size()) - 1;
+  }
+  void addMode(const double&, const double&, const double&, const double[2], const double[2], const double[2], const double&) override {
+    AMB_ROTOR_CHECK(false, "a force along a path that bends the rotor");
+  }
+  void moveTo(const Path& path, std::size_t instant) {
+    for (int end = 0; end < 2; ++end) {
+      position_[end] = path.position[end][instant];
+      velocity_[end] = path.velocity[end][instant];
+      force[end] = {};
+    }
+  }
+  Vec2<double> position(int plane) const override { return between(position_, share_[plane]); }
+  Vec2<double> velocity(int plane) const override { return between(velocity_, share_[plane]); }
+  void push(int plane, const Vec2<double>& f) override {
+    force[0] += (1.0 - share_[plane]) * f;
+    force[1] += share_[plane] * f;
+  }
+  void load(int plane, const Vec2<double>& f) override { push(plane, f); }
+  void twist(const double&) override {}
+
+  Vec2<double> force[2];
+
+ private:
+  static Vec2<double> between(const Vec2<double> ends[2], double share) { return (1.0 - share) * ends[0] + share * ends[1]; }
+  const Rig<double>& rig_;
+  std::vector<double> share_;  ///< of the way from bearing a to b, of each plane
+  Vec2<double> position_[2], velocity_[2];
+};
+
 /// A force of both axes of both ends at each instant [N].
 std::vector<double> alongPath(const Path& path, const Model& model, const EffectSetting& force) {
   const auto physics = effects::makePhysics<double>(force.id, force.values);
+  const unsigned roles = physics->roles();
+  PathRotor rotor(model.rig);
+  if (roles & acts_on_rotor) physics->rotor(model.rig, rotor);
   std::vector<double> out(path.shaft.size() * 4);
-  for (std::size_t i = 0; i < path.shaft.size(); ++i)
+  for (std::size_t i = 0; i < path.shaft.size(); ++i) {
+    rotor.moveTo(path, i);
+    if (roles & acts_on_rotor_force) physics->rotorForce(path.shaft[i], rotor);
     for (int end = 0; end < 2; ++end) {
-      const BearingSite<double> site{&model.rig,          &path.shaft[i],       end, path.position[end][i], path.velocity[end][i],
-                                     path.current[end][i], model.rig.amb.displacement_stiffness_N_per_m};
-      Vec2<double> f;
-      physics->bearingForce(site, f);
+      Vec2<double>& f = rotor.force[end];
+      if (roles & acts_on_bearing_force)
+        physics->bearingForce({&model.rig, &path.shaft[i], end, path.position[end][i], path.velocity[end][i], path.current[end][i],
+                               model.rig.amb.displacement_stiffness_N_per_m},
+                              f);
       out[4 * i + 2 * end] = f.x;
       out[4 * i + 2 * end + 1] = f.y;
     }
+  }
   return out;
 }
 

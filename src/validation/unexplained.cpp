@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <sstream>
 
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
-#include "amb_rotor/effects/force_law.hpp"
+#include "amb_rotor/effects/law_terms.hpp"
 #include "amb_rotor/validation/common_line.hpp"
 #include "law_search.hpp"
 
@@ -18,8 +19,13 @@ namespace {
 constexpr double least_line_share = 0.3, plain_line_share = 0.8;
 /// Where nothing is found.
 const char* const no_law =
-    "no force at the bearings in position, velocity, spin speed, shaft angle, control current or time takes 5 % of the "
-    "unexplained error";
+    "no force at the bearings or at one plane in position, velocity, spin speed, shaft angle, control current or time takes 5 % of "
+    "the unexplained error";
+/// Of what forces along the measured path leave at the bearings, linearised about the belief, what the best of the first planes may leave
+/// to look closer; and the best plane, each about its own nuisance, to try a law there.
+constexpr double less_at_first = 0.97, less_at_best = 0.5;
+/// Planes from end to end of the rotor's own; rounds.
+constexpr int first_planes = 7, plane_rounds = 4;
 
 /// Residuals over the noise of the model as it stands, for the runs given.
 std::vector<ResidualRows> residualsOf(const std::vector<Recording>& recordings, const Model& model,
@@ -69,16 +75,25 @@ double squaresOfLine(const std::vector<ResidualRows>& runs, double frequency_hz)
 
 /// @param level  of what the law leaves: the standard deviations are over it
 void describe(const LawSearch& search, const Hypothesis& law, double level, Unexplained& out) {
-  const auto& parameters = effectCatalogue().find("force_law")->parameters;
-  const int first = search.first();
+  const auto& parameters = search.place().schema().parameters;
+  const int first = search.first(), plane = search.planeCoordinate();
+  const auto deviation = [&](int k) { return std::sqrt(std::max(0.0, level * law.covariance(k, k))); };
   std::ostringstream shape;
-  shape << "force at the bearings = ";
+  shape << "force at ";
+  if (plane >= 0) {
+    out.plane_z_m = law.x[plane];
+    out.plane_std_m = deviation(plane);
+    shape << "the plane z = " << *out.plane_z_m << " m";
+  } else {
+    shape << "the bearings";
+  }
+  shape << " = ";
   out.depends_on.clear();
   out.terms.clear();
   for (std::size_t t = 0; t < law.terms.size(); ++t) {
     const int k = law.terms[t];
     const ParameterSchema& p = parameters[k - first];
-    out.terms.push_back({p.name, law.x[k], std::sqrt(std::max(0.0, level * law.covariance(k, k)))});
+    out.terms.push_back({p.name, law.x[k], deviation(k)});
     for (const auto& q : quantitiesOf(p.meaning))
       if (std::find(out.depends_on.begin(), out.depends_on.end(), q) == out.depends_on.end())
         out.depends_on.push_back(q);
@@ -93,25 +108,89 @@ void describe(const LawSearch& search, const Hypothesis& law, double level, Unex
 }  // namespace
 
 struct UnexplainedSearch::Parts {
+  /// A search at a place, with the model as it stands in its space.
+  struct Sought {
+    LawSearch search;
+    Eigen::VectorXd stood;
+    std::optional<LawSearch::Begun> begun = {};
+
+    Sought(const std::vector<Recording>& recordings, const Model& belief, const std::vector<EffectSetting>& adopted,
+           const Eigen::VectorXd& x, double frequency_hz, double offset_std_m, LawPlace place)
+        : search(recordings, belief, adopted, frequency_hz, offset_std_m, place), stood(search.space().start()) {
+      stood.head(x.size()) = x;
+    }
+    LawSearch::Begun& begin(const std::vector<LocalState>& local, double before, double count) {
+      if (!begun) begun = search.begin(stood, local, before, count);
+      return *begun;
+    }
+  };
+
+  const std::vector<Recording>& recordings;
+  Eigen::VectorXd x;
+  Model belief;
+  std::vector<EffectSetting> adopted;
+  double offset_std_m;
   std::vector<LocalState> local;
   std::vector<ResidualRows> residuals;  ///< of the runs to fit
   CommonLine line;
-  LawSearch search;
+  Sought at_bearings;
+  std::optional<std::unique_ptr<Sought>> at_plane = {};  ///< once it was looked for; null: no plane promises more than the bearings
   std::vector<ResidualRows> held_out;  ///< of the runs to validate
-  Eigen::VectorXd stood;  ///< the model as it stands, in the search's space
   double before = 0.0, count = 0.0;
-  std::optional<LawSearch::Begun> begun = {};
 
-  Parts(const std::vector<Recording>& recordings, const FitSpace& space, const Eigen::VectorXd& x,
-        const std::vector<LocalState>& own, const std::vector<int>& free, double offset_std_m)
-      : local(own),
-        residuals(residualsOf(recordings, space.model(x), free, local, offset_std_m)),
+  Parts(const std::vector<Recording>& all, const FitSpace& space, const Eigen::VectorXd& at,
+        const std::vector<LocalState>& own, const std::vector<int>& free, double offset_std)
+      : recordings(all),
+        x(at),
+        belief(space.model(believed(space, at))),
+        adopted(space.fitted()),
+        offset_std_m(offset_std),
+        local(own),
+        residuals(residualsOf(all, space.model(at), free, local, offset_std)),
         line(commonLine(residuals)),
-        search(recordings, space.model(believed(space, x)), space.fitted(), line.frequency_hz, offset_std_m),
-        held_out(untouched(recordings, space.model(x), search.heldOut(), local, offset_std_m)),
-        stood(search.space().start()) {
-    stood.head(x.size()) = x;
-    before = search.chi2(stood, search.fitted(), local, &count);
+        at_bearings(all, belief, adopted, at, line.frequency_hz, offset_std, {}),
+        held_out(untouched(all, space.model(at), at_bearings.search.heldOut(), local, offset_std)) {
+    before = at_bearings.search.chi2(at_bearings.stood, at_bearings.search.fitted(), local, &count);
+  }
+  std::unique_ptr<Sought> soughtAt(double z_m) const {
+    return std::make_unique<Sought>(recordings, belief, adopted, x, line.frequency_hz, offset_std_m, LawPlace{z_m});
+  }
+  double excess() const { return std::max(1.0, before - count); }
+  /// The search at the plane that leaves least along the measured path, where that is far less than at the bearings. Null: there is none.
+  Sought* plane() {
+    if (!at_plane) at_plane = seekPlane();
+    return at_plane->get();
+  }
+  std::unique_ptr<Sought> seekPlane() {
+    const LawSearch::AlongPath& bearings = at_bearings.begin(local, before, count).along;
+    if (bearings.laws.empty()) return nullptr;  // the path tells nothing
+    const LawSearch::Stakes stakes(before, count);
+    const auto& own = belief.rig.planes;
+    const auto ends = std::minmax({own.amb[0], own.amb[1], own.sensor[0], own.sensor[1], own.aux[0], own.aux[1]});
+    double spacing = (ends.second - ends.first) / (first_planes - 1);
+    std::vector<double> planes;
+    for (int plane = 0; plane < first_planes; ++plane) planes.push_back(ends.first + plane * spacing);
+    double best_z_m = 0.0;
+    // about the belief, then ever closer about the nuisance that the best so far asks for
+    LawSearch::Left best = {0.0, at_bearings.search.space().start()};
+    for (int round = 0; round < plane_rounds; ++round) {
+      const Eigen::VectorXd about = best.x;
+      const StartScreen screen = at_bearings.search.screenAt(about, local);
+      best.above = std::numeric_limits<double>::infinity();
+      for (const double z : planes) {
+        LawSearch::Left one = soughtAt(z)->search.leftByOneSet(screen, about, stakes);
+        if (one.above < best.above) {
+          best = std::move(one);
+          best_z_m = z;
+        }
+      }
+      if (round == 0 && best.above > less_at_first * at_bearings.search.leftByOneSet(screen, about, stakes).above) return nullptr;
+      spacing *= 0.5;
+      planes = {best_z_m - spacing, best_z_m, best_z_m + spacing};
+    }
+    std::unique_ptr<Sought> there = soughtAt(best_z_m);
+    if (there->begin(local, before, count).along.left_by_one_set > less_at_best * bearings.left_by_one_set) return nullptr;
+    return there;
   }
   /// Residuals of runs whose unknowns stay as they are: a law may lead such a run into another motion.
   static std::vector<ResidualRows> untouched(const std::vector<Recording>& recordings, const Model& model, const std::vector<int>& which,
@@ -154,19 +233,37 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
     out.shape = "no run without contact to look at";
     return out;
   }
-  LawSearch& search = parts_->search;
   const CommonLine& line = parts_->line;
-  const double before = parts_->before, count = parts_->count, excess = std::max(1.0, before - count);
+  const double before = parts_->before, count = parts_->count, excess = parts_->excess();
   const double line_share = parts_->shareOfLine(parts_->residuals);
-  if (!parts_->begun) parts_->begun = search.begin(parts_->stood, parts_->local, before, count);
-  const bool own_phases = line_share > plain_line_share && parts_->begun->along.promised < 0.5 * line_share * excess;
-  if (effort == LawEffort::foreseen && line_share < plain_line_share && !parts_->begun->along.foreseesPlain()) return out;
+  const auto begunAt = [&](Parts::Sought& sought) -> LawSearch::Begun& { return sought.begin(parts_->local, before, count); };
+  const bool own_phases = line_share > plain_line_share && begunAt(parts_->at_bearings).along.promised < 0.5 * line_share * excess;
   const bool plain = effort != LawEffort::whole;
-  const Hypothesis law = own_phases                      ? parts_->begun->without
-                         : effort == LawEffort::foreseen ? search.plainAlongPath(*parts_->begun)
-                         : plain                         ? search.plain(*parts_->begun)
-                                                         : search.best(*parts_->begun);
-  const auto inCatalogue = [&](int term) { return effects::ForceLaw::alsoInCatalogue(term - search.first()); };
+  Parts::Sought* sought = &parts_->at_bearings;
+  Hypothesis law = begunAt(*sought).without;
+  const auto foreseen = [&](Parts::Sought& there) {
+    if (effort != LawEffort::foreseen || begunAt(there).along.foreseesPlain()) law = there.search.plainAlongPath(begunAt(there));
+  };
+  // what the measured path tells of the bearings, then of a plane, then what else the bearings have
+  if (!own_phases) foreseen(*sought);
+  if (!own_phases && law.terms.empty()) {
+    Parts::Sought* const plane = parts_->plane();
+    if (plane != nullptr) {
+      sought = plane;
+      if (effort == LawEffort::foreseen) foreseen(*plane);
+      else law = plain ? plane->search.plain(begunAt(*plane)) : plane->search.best(begunAt(*plane));
+    }
+    if (effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2))) {
+      Parts::Sought& bearings = parts_->at_bearings;
+      const Hypothesis other = plain ? bearings.search.plain(begunAt(bearings)) : bearings.search.best(begunAt(bearings));
+      if (law.terms.empty() || other.chi2 < law.chi2) {
+        law = other;
+        sought = &bearings;
+      }
+    }
+  }
+  LawSearch& search = sought->search;
+  const auto inCatalogue = [&](int term) { return effects::LawTerms::alsoInCatalogue(term - search.first()); };
   const bool none = law.terms.empty() || (plain && std::any_of(law.terms.begin(), law.terms.end(), inCatalogue));
   if (plain && none && line_share < plain_line_share) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
@@ -188,13 +285,13 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   }
   const int first = search.first();
   if (std::any_of(terms.begin(), terms.end(),
-                  [&](int k) { return k - first >= effects::ForceLaw::hum_x_cosine && k - first <= effects::ForceLaw::hum_y_sine; }))
+                  [&](int k) { return k - first >= effects::LawTerms::hum_x_cosine && k - first <= effects::LawTerms::hum_y_sine; }))
     out.frequency_hz = line.frequency_hz;
   describe(search, law, std::max(1.0, reached / std::max(1.0, count)), out);
   if (!search.heldOut().empty()) {
     double held = 0.0;
     std::vector<LocalState> fresh = parts_->local;
-    const double was = search.chi2(parts_->stood, search.heldOut(), fresh, &held);
+    const double was = search.chi2(sought->stood, search.heldOut(), fresh, &held);
     const double is = search.chi2(law.x, search.heldOut(), fresh, nullptr);
     out.held_out_gain = (was - is) / std::max(1.0, was - held);
     if (out.held_out_gain < least_term_share) {  // it only repeats the runs that it was fitted to

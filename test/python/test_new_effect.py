@@ -11,7 +11,7 @@ from conftest import fewer_runs
 
 core = pytest.importorskip("amb_rotor._core")
 
-from amb_rotor import cli, new_effect  # noqa: E402
+from amb_rotor import cli, new_effect, new_effect_cpp  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAW = [p for e in core.effect_catalogue() if e["id"] == "force_law" for p in e["parameters"]]
@@ -25,9 +25,10 @@ THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10}
          {"term": "twice_sine_N", "coefficient": 0.8, "std": 0.02}]
 
 
-def write_diagnosis(folder: pathlib.Path, terms: list[dict]) -> pathlib.Path:
+def write_diagnosis(folder: pathlib.Path, terms: list[dict], plane_z_m: float | None = None) -> pathlib.Path:
     folder.mkdir()
-    unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93, "frequency_hz": FREQUENCY_HZ}
+    unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93, "frequency_hz": FREQUENCY_HZ,
+                   "plane_z_m": None if plane_z_m is None else {"value": plane_z_m, "std": 2e-4}}
     (folder / "diagnosis.json").write_text(json.dumps(
         {"format": "amb-diagnosis/1", "verdict": "unknown", "unexplained": unexplained, "dataset": {"name": "rig-07"}}))
     for name in ("model.yaml", "adopted.yaml"):
@@ -75,6 +76,18 @@ def test_new_effect_writes_what_can_be_read(tmp_path, capsys):
     assert all(p["lower"] < p["typical"] < p["upper"] and p["unit"] for p in effect["parameters"])
     assert cli.main(["check", str(tmp_path / "grease.yaml")]) == 0
     assert not (tmp_path / "grease.hpp").exists()
+
+
+def test_a_law_at_one_plane_becomes_an_effect_there(tmp_path):
+    folder = write_diagnosis(tmp_path / "diagnosis", THREE, -0.0213)
+    assert cli.main(["new-effect", "seal_grease", "--from", str(folder), "--out", str(tmp_path)]) == 0
+    text = (tmp_path / "seal_grease.yaml").read_text()
+    assert "z_m = -0.0213 +- 0.0002" in text
+    effect = yaml.safe_load(text)
+    assert effect["place"] == "rotor"
+    assert [p["name"] for p in effect["parameters"]] == [*(row["term"] for row in THREE), "z_m"]
+    assert effect["parameters"][-1]["typical"] == -0.0213 and "neutral" not in effect["parameters"][-1]
+    assert cli.main(["check", str(tmp_path / "seal_grease.yaml")]) == 0
 
 
 @pytest.mark.parametrize("name, complaint", [
@@ -135,11 +148,53 @@ def test_the_cpp_is_the_same_force(tmp_path):
     subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
 
 
+MAIN_AT_A_PLANE = """
+#include <cstdio>
+#include "grease.hpp"
+using namespace amb_rotor;
+struct Rotor : RotorPort<double>, RotorForces<double> {
+  double z = 0.0;
+  int addPlane(const double& at) override { z = at; return 7; }
+  void addMode(const double&, const double&, const double&, const double[2], const double[2], const double[2],
+               const double&) override {}
+  Vec2<double> position(int plane) const override { return plane == 7 ? Vec2<double>{3e-5, -2e-5} : Vec2<double>{}; }
+  Vec2<double> velocity(int plane) const override { return plane == 7 ? Vec2<double>{0.02, 0.01} : Vec2<double>{}; }
+  void push(int, const Vec2<double>& f) override { force += f; }
+  void load(int, const Vec2<double>&) override {}
+  void twist(const double&) override {}
+  Vec2<double> force;
+};
+int main() {
+  Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  shaft.time = 0.37;
+  std::vector<double> values;
+  for (const auto& p : effects::Grease::schema().parameters) values.push_back(p.typical);
+  effects::Grease::Physics<double> physics(values);
+  Rotor rotor;
+  physics.rotor(Rig<double>(), rotor);
+  physics.rotorForce(shaft, rotor);
+  std::printf("%.17g %.17g %.17g", rotor.force.x, rotor.force.y, rotor.z);
+}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("terms", [THREE, [{"term": "hum_y_sine_N", "coefficient": 2.0, "std": 0.1}, *THREE[:1]]])
+def test_the_cpp_of_a_law_at_one_plane_is_its_force_there(terms, tmp_path):
+    folder = write_diagnosis(tmp_path / "diagnosis", terms, 0.031)
+    assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path), "--cpp"]) == 0
+    (tmp_path / "main.cpp").write_text(MAIN_AT_A_PLANE)
+    assert compiled_force(tmp_path) == pytest.approx([*hypothesis_force(terms, PLACES[0]), 0.031], rel=1e-12)
+    test = (tmp_path / "effect_grease.cpp").read_text().replace("amb_rotor/effects/grease.hpp", "grease.hpp")
+    (tmp_path / "effect_grease.cpp").write_text(test)
+    subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
+
+
 @pytest.mark.slow
 def test_every_term_is_the_same_force_in_cpp(tmp_path):
     # the least of them is 1e-5 of the sum, roundings are 1e-15 of it
     every = [{"term": name, "coefficient": p["typical"]} for name, p in HYPOTHESIS.items()]
-    (tmp_path / "grease.hpp").write_text(new_effect.cpp_header("grease", every, "of a test", FREQUENCY_HZ))
+    (tmp_path / "grease.hpp").write_text(new_effect_cpp.cpp_header("grease", every, "of a test", FREQUENCY_HZ))
     (tmp_path / "main.cpp").write_text(MAIN)
     assert compiled_force(tmp_path) == pytest.approx(hypothesis_force(every, PLACES[0]), rel=1e-12)
     for row in every:

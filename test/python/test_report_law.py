@@ -31,6 +31,15 @@ def unexplained(depends_on, **terms):
 DIGITS = 1e-3
 
 
+def test_at_a_plane_the_range_is_that_of_the_rotor_there():
+    run = run_of()
+    run["measured"][:, 2:4] = 3 * run["measured"][:, 0:2]  # end b goes out three times as far, so the middle twice
+    told = unexplained(["position"], position_cube_N_per_m3=-1e13) | {"plane_z_m": {"value": 0.01, "std": 1e-4}}
+    one, = law.law_curves(told, [run], (-0.09, 0.11))
+    assert one["at"][-1] == pytest.approx(2e6 * SIZE, rel=DIGITS)
+    assert one["curves"][0]["x"][-1] == pytest.approx(-1e13 * (2 * SIZE) ** 3, rel=2e-3)
+
+
 def test_a_cubic_spring_goes_with_the_cube_as_far_as_the_rotor_went():
     one, = law.law_curves(unexplained(["position"], position_cube_N_per_m3=-1e13), [run_of()])
     assert one["at"][-1] == pytest.approx(1e6 * SIZE, rel=DIGITS) and one["at"][0] == -one["at"][-1]

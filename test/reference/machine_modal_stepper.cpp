@@ -3,6 +3,7 @@
 
 #include "../support/models.hpp"
 #include "amb_rotor/effects/force_law.hpp"
+#include "amb_rotor/effects/force_law_at_plane.hpp"
 #include "amb_rotor/machine/assembly.hpp"
 #include "amb_rotor/machine/modal_stepper.hpp"
 #include "amb_rotor/machine/model_loading.hpp"
@@ -342,10 +343,10 @@ TEST(ModalStepper, EveryEffectEndsWhereTheEventStepperEnds) {
   for (const EffectSchema& schema : effectCatalogue().all()) {
     if (schema.law != nullptr || schema.id == "gyroscopic_coupling") continue;  // a shaft has its own
     EffectSetting effect = {schema.id, typicalValues(schema.id)};
-    if (schema.id == "force_law") {  // a force of a frequency of its own and nothing else
+    if (schema.id == effects::ForceLaw::id || schema.id == effects::ForceLawAtPlane::id) {  // a force of a frequency of its own and nothing else
       for (std::size_t i = 0; i < effect.values.size(); ++i)
-        if (i < effects::ForceLaw::term_count) effect.values[i] = 0.0;
-      effect.values[effects::ForceLaw::hum_x_cosine] = 3.0;
+        if (schema.parameters[i].role == ParameterRole::plain) effect.values[i] = 0.0;
+      effect.values[effects::LawTerms::hum_x_cosine] = 3.0;
     }
     if (schema.id == "motor_magnetic_pull") effect.values = {1e4, 0.0};  // no part of it tilts the rotor
     ModalStepper::Taken taken;

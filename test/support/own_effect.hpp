@@ -1,5 +1,6 @@
 #pragma once
 // Effects of files, put into the program's catalogue by a test.
+#include <optional>
 #include <string>
 
 #include "amb_rotor/effects/catalogue.hpp"
@@ -7,15 +8,17 @@
 
 namespace amb_rotor {
 
-/// A force at the magnetic bearings with one number c, which is 0 where there is none.
-inline const EffectSchema& ownForce(const std::string& id, double typical, const std::string& x,
-                                    const std::string& y) {
+/// A force with one number c, which is 0 where there is none: at the magnetic bearings, or at a plane of the rotor.
+inline const EffectSchema& ownForce(const std::string& id, double typical, const std::string& x, const std::string& y,
+                                    std::optional<double> plane_z_m = {}) {
+  const std::string place = plane_z_m ? "rotor" : "magnetic_bearings";
+  const std::string plane = plane_z_m ? "  - {name: z_m, unit: m, lower: -2.0, upper: 2.0, typical: " + std::to_string(*plane_z_m) +
+                                            ", meaning: \"axial position\"}\n"
+                                      : "";
   const std::string text =
-      "format: amb-effect/1\neffect: " + id +
-      "\nsummary: \"of a test\"\nexcited_by: \"anything\"\nplace: magnetic_bearings\nparameters:\n"
-      "  - {name: c, unit: \"1\", lower: -1.0e+30, upper: 1.0e+30, typical: " +
-      std::to_string(typical) + ", neutral: 0.0, meaning: \"size\"}\nlaw:\n  force_x_N: \"" + x +
-      "\"\n  force_y_N: \"" + y + "\"\n";
+      "format: amb-effect/1\neffect: " + id + "\nsummary: \"of a test\"\nexcited_by: \"anything\"\nplace: " + place +
+      "\nparameters:\n  - {name: c, unit: \"1\", lower: -1.0e+30, upper: 1.0e+30, typical: " + std::to_string(typical) +
+      ", neutral: 0.0, meaning: \"size\"}\n" + plane + "law:\n  force_x_N: \"" + x + "\"\n  force_y_N: \"" + y + "\"\n";
   FaultList faults(id);
   const YamlNode document = parseYaml(text, faults);
   YamlMap root(&document, "", faults);

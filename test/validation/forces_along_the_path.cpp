@@ -23,11 +23,17 @@ std::vector<double> predicted(const Recording& rec, const Model& model) {
   return out;
 }
 
-EffectSetting law(const char* term, double coefficient) {
-  const EffectSchema* schema = effectCatalogue().find("force_law");
-  EffectSetting effect{"force_law", std::vector<double>(schema->parameters.size(), 0.0)};
+EffectSetting law(const char* term, double coefficient, const char* id = "force_law") {
+  const EffectSchema* schema = effectCatalogue().find(id);
+  EffectSetting effect{id, std::vector<double>(schema->parameters.size(), 0.0)};
   effect.values[schema->indexOf(term)] = coefficient;
   effect.values[schema->indexOf("time_frequency_hz")] = 50.0;
+  return effect;
+}
+
+EffectSetting lawAtPlane(const char* term, double coefficient, double z_m) {
+  EffectSetting effect = law(term, coefficient, "force_law_at_plane");
+  effect.values.back() = z_m;
   return effect;
 }
 
@@ -43,7 +49,8 @@ TEST(ForcesAlongThePath, ASmallForceDoesWhatItDoesInTheModel) {
     const std::vector<double> base = predicted(rec, without), exact = predicted(rec, model);
     int number = 0;
     for (const EffectSetting& force : {law("position_N_per_m", -3e3), law("velocity_N_s_per_m", -3.0),
-                                       law("position_cube_N_per_m3", -3e12), law("thrice_cosine_N", 1.0)}) {
+                                       law("position_cube_N_per_m3", -3e12), law("thrice_cosine_N", 1.0),
+                                       lawAtPlane("velocity_N_s_per_m", -4.0, 0.04), lawAtPlane("thrice_cosine_N", 1.5, -0.02)}) {
       ++number;
       Model with = model;
       with.effects.push_back(force);

@@ -7,6 +7,7 @@
 
 #include "../support/models.hpp"
 #include "amb_rotor/effects/force_law.hpp"
+#include "amb_rotor/effects/force_law_at_plane.hpp"
 #include "amb_rotor/model/effect_file.hpp"
 
 namespace amb_rotor {
@@ -78,6 +79,24 @@ TEST(LawEffectTest, AtTheRotorItIsALoadThere) {
   EXPECT_LT(
       difference(with(base, "static_load", {-3.6, -12.0}), with(base, "test_load", {-12.0, 0.0}), lively()),
       law_roundings);
+}
+
+TEST(LawEffectTest, AtOnePlaneItIsTheLawOfTermsThere) {
+  known("test_plane_law", "rotor", {"c", "q", "f", "z_m"}, "c * (x^2 + y^2) * x - q * speed * vx + f * cos(3 * angle)",
+        "c * (x^2 + y^2) * y - q * speed * vy + f * sin(3 * angle)");
+  const Model base = withUnbalance(levitated(), 4e-5, 0.3, 0.02);
+  using effects::LawTerms;
+  std::vector<double> terms(LawTerms::plane_term_count, 0.0);
+  terms[LawTerms::position_cube] = -2e13;
+  terms[LawTerms::velocity_speed] = -0.05;
+  terms[LawTerms::thrice_cosine] = 2.0;
+  for (const double z_m : {-0.03, 0.07}) {
+    std::vector<double> there = terms;
+    there.insert(there.end(), {50.0, z_m});
+    const Model hand = with(base, "force_law_at_plane", there), law = with(base, "test_plane_law", {-2e13, 0.05, 2.0, z_m});
+    EXPECT_GT(difference(base, hand, lively()), 0.01) << "it changes the motion";
+    EXPECT_LT(difference(hand, law, lively()), law_roundings);
+  }
 }
 
 TEST(LawEffectTest, AtTheSensorsItIsARunout) {

@@ -1,6 +1,7 @@
 #pragma once
 // Which effect is missing: every candidate of the catalogue refitted with the nuisance, ranked by evidence on the
 // runs to fit, judged on the runs to validate; then adopted one after the other while that pays.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,8 @@ struct Unexplained {
   std::string shape;
   std::vector<HypothesisTerm> terms;    ///< at most three; a hypothesis
   double frequency_hz = 0.0;            ///< of terms that repeat in time; 0: none
+  std::optional<double> plane_z_m = {}; ///< of the one plane of the rotor at which it acts; none: at each magnetic bearing
+  double plane_std_m = 0.0;
   double held_out_gain = 0.0;           ///< share of the unexplained error that the terms take away on held-out runs
 };
 

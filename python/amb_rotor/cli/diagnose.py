@@ -187,7 +187,8 @@ def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dic
         write_report(part / "report.html", f"What does the model of {dataset.name} lack?",
                      f"{len(dataset.runs)} runs; model {model.name}, {model.hash}",
                      [data.stage(*stage) for stage in stages], diagnosis, revisions_of(diagnosis),
-                     law=law.law_curves(diagnosis["unexplained"], stages[0][1]["runs"]))
+                     law=law.law_curves(diagnosis["unexplained"], stages[0][1]["runs"],
+                                        tuple(model.fields[f"rig.planes.sensor.{end}"] for end in "ab")))
 
     out.parent.mkdir(parents=True, exist_ok=True)
     write_folder(out, fill)

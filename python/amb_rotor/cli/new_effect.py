@@ -32,6 +32,8 @@ def remarks_of(folder: pathlib.Path, diagnosis: dict) -> list[str]:
     remarks = [f"A hypothesis from the diagnosis of {diagnosis.get('dataset', {}).get('name', folder.name)}, not a finding:",
                f"depends on {', '.join(unexplained['depends_on'])}; takes {100 * unexplained['held_out_gain']:.0f} % of what "
                "is left unexplained on held-out runs."]
+    plane = unexplained.get("plane_z_m")
+    remarks += [f"z_m = {plane['value']:.4g} +- {plane['std']:.2g}"] if plane else []
     return remarks + [f"{row['term']} = {row['coefficient']:.4g} +- {row['std']:.2g}" for row in unexplained["terms"]]
 
 
@@ -42,11 +44,13 @@ def write_new(path: pathlib.Path, text: str) -> None:
 
 
 def run(args) -> int:
-    from amb_rotor import _core, new_effect
+    from amb_rotor import _core, new_effect, new_effect_cpp
     from amb_rotor.cli.adopt import read_diagnosis
     check_name(args.name)
     folder, diagnosis = read_diagnosis(args.diagnosis)
-    terms, frequency = diagnosis["unexplained"]["terms"], diagnosis["unexplained"].get("frequency_hz")
+    unexplained = diagnosis["unexplained"]
+    terms, plane = unexplained["terms"], unexplained.get("plane_z_m")
+    place = (unexplained.get("frequency_hz"), plane["value"] if plane else None)
     if not terms:
         raise InputError(f"{folder}: the verdict is {diagnosis['verdict']}, and no law is proposed; there is nothing to "
                          "make an effect of")
@@ -56,14 +60,15 @@ def run(args) -> int:
     out = pathlib.Path(args.out)
     common.require_folder(out)
     out.mkdir(parents=True, exist_ok=True)
-    summary = f"force at the bearings from {', '.join(diagnosis['unexplained']['depends_on'])}, proposed by a diagnosis"
+    summary = (f"force at {'one plane of the rotor' if plane else 'the bearings'} from {', '.join(unexplained['depends_on'])}, "
+               "proposed by a diagnosis")
     path = out / f"{args.name}.yaml"
-    write_new(path, new_effect.yaml_file(args.name, terms, summary, remarks_of(folder, diagnosis), frequency))
+    write_new(path, new_effect.yaml_file(args.name, terms, summary, remarks_of(folder, diagnosis), *place))
     _core.read_effect(str(path))  # what is written can be read
     written = [path]
     if args.cpp:
-        for name, text in ((f"{args.name}.hpp", new_effect.cpp_header(args.name, terms, summary, frequency)),
-                           (f"effect_{args.name}.cpp", new_effect.cpp_test(args.name, terms, frequency))):
+        for name, text in ((f"{args.name}.hpp", new_effect_cpp.cpp_header(args.name, terms, summary, *place)),
+                           (f"effect_{args.name}.cpp", new_effect_cpp.cpp_test(args.name, terms, *place))):
             write_new(out / name, text)
             written.append(out / name)
         print(f"C++: {args.name}.hpp goes to include/amb_rotor/effects/ with its line in all.hpp, effect_{args.name}.cpp to "

@@ -361,7 +361,8 @@
     const t = section("What no effect of the catalogue explains", "A hypothesis, not a finding.");
     add(t, "p", "depends on " + (u.depends_on.join(", ") || "nothing that was measured") + (u.shape ? ": " + u.shape : ""));
     if (u.held_out_gain > 0) add(t, "p", "On the runs that it was not fitted to it takes " + num(100 * u.held_out_gain, 3) + " % of what is left above the noise.");
-    if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => withStd({value: r.coefficient, std: r.std})}], u.terms);
+    if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => withStd({value: r.coefficient, std: r.std})}],
+      u.terms.concat(u.plane_z_m ? [{term: "plane z_m", coefficient: u.plane_z_m.value, std: u.plane_z_m.std}] : []));
     law(t);
   }
   // The force of the law over each quantity that it depends on.
@@ -369,7 +370,8 @@
     let row = null;
     D.law.forEach((one, i) => {
       if (i % 2 === 0) row = add(parent, "div", null, "two row");
-      const c = card(row, "The law over the " + one.quantity, "Force at bearing a, as far as the runs without contact went" +
+      const c = card(row, "The law over the " + one.quantity, "Force at " + (diagnosis.unexplained.plane_z_m ?
+        "that plane" : "bearing a") + ", as far as the runs without contact went" +
         (one.curves.length > 1 ? "; dashed: the other quantities at the end of their range, solid: at 0." : "."));
       plot(c, 300, () => ({
         traces: one.curves.flatMap((curve, k) => [["x", "blue"], ["y", "orange"]].map(([axis, tone]) => ({x: one.at, y: curve[axis],

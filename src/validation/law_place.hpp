@@ -1,0 +1,25 @@
+#pragma once
+// Where a law of no catalogue acts, and which of the program's effects stands for it: force_law at each magnetic bearing,
+// force_law_at_plane at one plane of the rotor.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "amb_rotor/model/effect_schema.hpp"
+#include "amb_rotor/model/model.hpp"
+
+namespace amb_rotor {
+
+/// Quantities of a term, out of its meaning ("position, velocity: ...").
+std::vector<std::string> quantitiesOf(const std::string& meaning);
+
+struct LawPlace {
+  std::optional<double> plane_z_m = {};  ///< none: at each magnetic bearing
+
+  const EffectSchema& schema() const;
+  int terms() const;  ///< the effect's first parameters
+  /// The effect without a force. @param frequency_hz  of its terms that repeat in time; 0: they take no part
+  EffectSetting withoutForce(double frequency_hz) const;
+};
+
+}  // namespace amb_rotor
