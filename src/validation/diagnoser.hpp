@@ -54,7 +54,10 @@ class Diagnoser {
   bool isLeftOpen(Diagnosis& out) const;
   UnexplainedSearch lawsBeside(const Trial& trial) const;
   Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
+  Unexplained lawBesideAdopted(LawEffort effort) const;
   bool lawIsPlain(double share);
+  bool lawOutshines(const std::vector<Trial>& trials, double share);
+  bool lawLeavesAsLittle() const;
   bool lawLeavesLess();
   void standBy(Diagnosis& out);
   bool adoptPair(const std::vector<Trial>& trials, double share, double least, Diagnosis& out);

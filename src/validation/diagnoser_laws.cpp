@@ -12,6 +12,9 @@ constexpr double law_share = 0.8, doubtful_law_share = 0.5;
 constexpr double settled_error = 1.02;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
+/// Validation error without contact from which on a law is asked for before any effect is adopted, where no effect alone leaves less than
+/// this share of what is above the noise.
+constexpr double least_error_of_a_law = 1.03, explained_by_one = 0.05;
 /// The same of a line of fixed frequency, of which the rotor's answer to its begin is no part.
 constexpr double plain_line = 0.8;
 
@@ -26,6 +29,13 @@ Unexplained Diagnoser::lawBesideNone(LawEffort effort) {
   return search_->law(effort);
 }
 
+Unexplained Diagnoser::lawBesideAdopted(LawEffort effort) const {
+  progress(0.96, "a law beside what was adopted");
+  Unexplained law = lawsBeside(joint_).law(effort);
+  if (law.depends_on.empty() && law.shape.empty()) law.shape = "no law of one set of quantities takes what is left; more were not sought";
+  return law;
+}
+
 /// Whether a plain law beside the belief alone leaves next to nothing: then no second effect is sought beside the first, and
 /// where no effect earned its place, none that shows in contact only and no pair. Where an effect promises most of what is left it is
 /// sought first.
@@ -38,6 +48,28 @@ bool Diagnoser::lawIsPlain(double share) {
   if (law.held_out_gain < (law.terms.empty() ? plain_line : plain_gain)) return false;
   law_ = std::move(law);
   return true;
+}
+
+/// Whether a plain law beside the belief alone leaves next to nothing without contact where every effect alone leaves far more there: then
+/// none is fitted to contact, in which a law at large would move the rotor far.
+bool Diagnoser::lawOutshines(const std::vector<Trial>& trials, double share) {
+  if (!adopted_.empty() || hurried() || errors_.validation_error_free < least_error_of_a_law) return false;
+  double least = excessWithoutContact(errors_);
+  const double share_of_all = explained_by_one * least;
+  for (const Trial& trial : trials)
+    if (trial.usable() && !needsContact(trial.effect)) least = std::min(least, excessWithoutContact(trial.errors));
+  if (least < share_of_all) return false;
+  progress(share - 0.02, "a law of a few terms");
+  Unexplained law = lawBesideNone(LawEffort::foreseen);
+  if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
+  if (excessWithoutContact(errors_) * (1.0 - law.held_out_gain) > doubtful_law_share * least) return false;
+  law_ = std::move(law);
+  return true;
+}
+
+/// Whether a plain law that is known leaves no more than the pair of effects that was adopted all the same.
+bool Diagnoser::lawLeavesAsLittle() const {
+  return law_ && law_->held_out_gain >= plain_gain && amb_rotor::lawLeavesLess(begun_, *law_, errors_, 1.0);
 }
 
 /// Whether a law of a few terms beside the belief alone leaves less than the effects adopted so far. Where these leave

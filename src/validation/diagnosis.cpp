@@ -139,10 +139,11 @@ Diagnosis Diagnoser::run() {
       rank(trials, out);
       names_ = likeliestFirst(names_, trials);
     }
-    const Trial* chosen = none_near_ ? nullptr : adoptBest(trials, to, out);
-    const bool plain_law = chosen == nullptr && step == 0 && lawIsPlain(to);
+    const bool outshone = step == 0 && lawOutshines(trials, to);
+    const Trial* chosen = none_near_ || outshone ? nullptr : adoptBest(trials, to, out);
+    const bool plain_law = outshone || (chosen == nullptr && step == 0 && lawIsPlain(to));
     const double least = (plain_law ? as_good : adopted_.empty() ? 0.0 : beside_others) * references_.most();
-    if (plain_law && !adoptPair(trials, to, least, out)) break;
+    if (plain_law && (!adoptPair(trials, to, least, out) || lawLeavesAsLittle())) break;
     if (chosen == nullptr && contact_waited_ && !plain_law) {  // in vain
       trials = screen(from, to, false);
       if (step == 0) rank(trials, out);
@@ -173,16 +174,19 @@ Diagnosis Diagnoser::run() {
     if (step > 0 && lawIsPlain(to)) break;  // a third would only bend further
   }
   joinLate(out);
-  const bool stand_by = !out.steps.empty() && lawLeavesLess();
+  const bool stand_by = !out.steps.empty() && (lawLeavesAsLittle() || lawLeavesLess());
   if (stand_by) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty() && !hurried()) lookAgain(out);
   out.adopted = joint_.space->model(joint_.fit.x);
-  if (stand_by || (structured() && !isLeftOpen(out))) {
-    const LawEffort effort = hurried() ? LawEffort::plain : LawEffort::whole;
+  const bool by_law = out.steps.empty() && law_ && !law_->terms.empty();  // what it leaves of contact was not looked at
+  if (stand_by || by_law || (structured() && !isLeftOpen(out))) {
+    // beside effects, at the time limit, only what the measured path tells is fitted: with a bent shaft among them a fit takes minutes
+    const LawEffort effort = !hurried() ? LawEffort::whole : adopted_.empty() ? LawEffort::plain : LawEffort::foreseen;
     out.verdict = "unknown";
     if (out.unexplained.terms.empty())
-      out.unexplained = errors_.validation_error_free <= structured_error ? inContactOnly()
-                        : !adopted_.empty()                               ? lawsBeside(joint_).law(effort)
+      out.unexplained = by_law                                            ? *law_
+                        : errors_.validation_error_free <= structured_error ? inContactOnly()
+                        : !adopted_.empty()                               ? lawBesideAdopted(effort)
                         : law_                                            ? *law_
                                                                           : lawBesideNone(effort);
   } else {

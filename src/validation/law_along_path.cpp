@@ -21,7 +21,7 @@ constexpr effects::LawTerms::Term telling_places_apart[] = {
     effects::LawTerms::cross,             effects::LawTerms::cross_speed,          effects::LawTerms::position_speed,
     effects::LawTerms::velocity_speed,    effects::LawTerms::velocity_cross_speed, effects::LawTerms::thrice_cosine,
     effects::LawTerms::thrice_sine,       effects::LawTerms::drift_x,              effects::LawTerms::drift_y,
-    effects::LawTerms::position_axes_cube};
+    effects::LawTerms::position_turn};
 
 }  // namespace
 
@@ -105,6 +105,7 @@ LawSearch::Left LawSearch::leftByOneSet(double above, const std::vector<int>& li
   free.insert(free.end(), best.terms.begin(), best.terms.end());
   const Eigen::VectorXd goal = solveFor(h, g, free);
   Left out = {above, startAt(x)};
+  for (const int k : best.terms) out.reads_angle = out.reads_angle || effects::LawTerms::readsAngle(k - first_);
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double move = goal[static_cast<long>(i)];
     out.above -= move * g[free[i]];
@@ -124,6 +125,14 @@ LawSearch::Left LawSearch::leftByOneSet(const StartScreen& screen, const Eigen::
   x.head(first_) = nuisance.head(first_);
   const double above = followPath(screen, x, library, h, g);
   return leftByOneSet(above, library, x, h, g, stakes);
+}
+
+double LawSearch::aboveAtStandstill(const Eigen::VectorXd& x, const std::vector<LocalState>& local) const {
+  std::vector<LocalState> own = local;
+  EvaluationOptions options;
+  options.jacobian = false;
+  const NormalEquations normal = problem_.evaluate(x, still_, own, options);
+  return normal.finite ? std::max(0.0, normal.chi2 - normal.count) : 0.0;
 }
 
 /// Laws of one to three terms by their forces along the measured path, the nuisance led by the best of them: that law, what
@@ -164,7 +173,7 @@ LawSearch::AlongPath LawSearch::alongPath(const Hypothesis& about, const Stakes&
     out.laws.push_back(std::move(one));
   };
   out.by_one_set = bestOfOneSet(library_, h, g, stakes).drop;
-  out.left_by_one_set = leftByOneSet(above, library_, x, h, g, stakes).above;
+  out.left = leftByOneSet(above, library_, x, h, g, stakes);
   add(best.terms);
   for (const int term : best.terms) {
     std::vector<int> own;

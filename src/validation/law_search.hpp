@@ -53,11 +53,18 @@ class LawSearch {
         : count(residuals), least(least_term_share * std::max(1.0, before - residuals)), tie(least * equal_share / least_term_share) {}
     bool nothingLeft(double chi2) const { return chi2 - (1.0 + loop_floor) * count < least; }
   };
+  /// What the best law of one set of quantities leaves by its forces along the measured path: of chi2 above the noise, to hold
+  /// places to each other, with the nuisance (and the adopted effects' numbers) beside it.
+  struct Left {
+    double above = 0.0;
+    Eigen::VectorXd x = {};
+    bool reads_angle = false;  ///< that law
+  };
   /// Laws by the forces along the measured path, not fitted yet, and by how much the best lowers chi2 there.
   struct AlongPath {
     std::vector<Hypothesis> laws;
     double promised = 0.0, by_one_set = 0.0;  ///< the latter: the best law of one set of quantities
-    double left_by_one_set = 0.0;             ///< what that leaves of chi2 above the noise
+    Left left;                                ///< by that
     /// Whether one set of quantities does there nearly what any three terms do: so do plain laws, but not two effects.
     bool foreseesPlain() const { return by_one_set >= plain_by_one_set * promised; }
   };
@@ -72,13 +79,9 @@ class LawSearch {
 
   /// @param at  the model as it stands, without a law; `before` its chi2, `count` of how many residuals
   Begun begin(const Eigen::VectorXd& at, const std::vector<LocalState>& local, double before, double count);
-  /// What the best law of one set of quantities leaves by its forces along the measured path: of chi2 above the noise, to hold
-  /// places to each other, with the nuisance (and the adopted effects' numbers) beside it.
-  struct Left {
-    double above;
-    Eigen::VectorXd x;
-  };
-  /// Of the few terms that differ most.
+  /// Chi2 above the noise of runs at standstill, without a law.
+  double aboveAtStandstill(const Eigen::VectorXd& x, const std::vector<LocalState>& local) const;
+  /// By the few terms that differ most.
   /// @param screen  at `nuisance`, see screenAt(); of any place
   Left leftByOneSet(const StartScreen& screen, const Eigen::VectorXd& nuisance, const Stakes& stakes) const;
   StartScreen screenAt(const Eigen::VectorXd& x, const std::vector<LocalState>& local) const;

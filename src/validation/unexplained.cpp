@@ -21,9 +21,9 @@ constexpr double least_line_share = 0.3, plain_line_share = 0.8;
 const char* const no_law =
     "no force at the bearings or at one plane in position, velocity, spin speed, shaft angle, control current or time takes 5 % of "
     "the unexplained error";
-/// Of what forces along the measured path leave at the bearings, linearised about the belief, what the best of the first planes may leave
-/// to look closer; and the best plane, each about its own nuisance, to try a law there.
-constexpr double less_at_first = 0.97, less_at_best = 0.5;
+/// Of what forces along the measured path leave at the bearings, what the best plane of a round behind the first may leave to look closer,
+/// and the best of all to try a law there.
+constexpr double less_at_round = 0.9, less_at_best = 0.5;
 /// Planes from end to end of the rotor's own; rounds.
 constexpr int first_planes = 7, plane_rounds = 4;
 
@@ -71,6 +71,11 @@ double squaresOfLine(const std::vector<ResidualRows>& runs, double frequency_hz)
       sum += 2.0 * (c * c + s * s) / n;
     }
   return sum;
+}
+
+/// Whether a law at the bearings is one term with one sign at both: what acts at one plane is two terms there, or more.
+bool isOneAlikeAtBoth(const LawSearch& search, const Hypothesis& law) {
+  return law.terms.size() == 1 && law.terms.front() - search.first() < effects::LawTerms::antisym_position;
 }
 
 /// @param level  of what the law leaves: the standard deviations are over it
@@ -184,13 +189,18 @@ struct UnexplainedSearch::Parts {
           best_z_m = z;
         }
       }
-      if (round == 0 && best.above > less_at_first * at_bearings.search.leftByOneSet(screen, about, stakes).above) return nullptr;
+      if (round > 0 && !leavesLess(best, less_at_round)) return nullptr;
       spacing *= 0.5;
       planes = {best_z_m - spacing, best_z_m, best_z_m + spacing};
     }
     std::unique_ptr<Sought> there = soughtAt(best_z_m);
-    if (there->begin(local, before, count).along.left_by_one_set > less_at_best * bearings.left_by_one_set) return nullptr;
-    return there;
+    return leavesLess(there->begin(local, before, count).along.left, less_at_best) ? std::move(there) : nullptr;
+  }
+  /// Whether a law at a plane leaves less along the measured path than a share of what one at the bearings leaves. What a law that goes by
+  /// the shaft's angle leaves at standstill does not count: there the angle is fitted, and the path does not tell it.
+  bool leavesLess(const LawSearch::Left& plane, double share) const {
+    const double not_told = plane.reads_angle ? at_bearings.search.aboveAtStandstill(at_bearings.stood, local) : 0.0;
+    return plane.above - not_told < share * (at_bearings.begun->along.left.above - not_told);
   }
   /// Residuals of runs whose unknowns stay as they are: a law may lead such a run into another motion.
   static std::vector<ResidualRows> untouched(const std::vector<Recording>& recordings, const Model& model, const std::vector<int>& which,
@@ -241,26 +251,26 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   const bool plain = effort != LawEffort::whole;
   Parts::Sought* sought = &parts_->at_bearings;
   Hypothesis law = begunAt(*sought).without;
-  const auto foreseen = [&](Parts::Sought& there) {
-    if (effort != LawEffort::foreseen || begunAt(there).along.foreseesPlain()) law = there.search.plainAlongPath(begunAt(there));
-  };
-  // what the measured path tells of the bearings, then of a plane, then what else the bearings have
-  if (!own_phases) foreseen(*sought);
-  if (!own_phases && law.terms.empty()) {
+  // what the measured path tells of the bearings; of a plane, unless that is one term, alike at both; then what else the bearings have
+  if (!own_phases && (effort != LawEffort::foreseen || begunAt(*sought).along.foreseesPlain())) law = sought->search.plainAlongPath(begunAt(*sought));
+  if (!own_phases && !isOneAlikeAtBoth(sought->search, law)) {
     Parts::Sought* const plane = parts_->plane();
-    if (plane != nullptr) {
-      sought = plane;
-      if (effort == LawEffort::foreseen) foreseen(*plane);
-      else law = plain ? plane->search.plain(begunAt(*plane)) : plane->search.best(begunAt(*plane));
-    }
-    if (effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2))) {
-      Parts::Sought& bearings = parts_->at_bearings;
-      const Hypothesis other = plain ? bearings.search.plain(begunAt(bearings)) : bearings.search.best(begunAt(bearings));
-      if (law.terms.empty() || other.chi2 < law.chi2) {
-        law = other;
-        sought = &bearings;
-      }
-    }
+    const auto costOf = [&](const Hypothesis& one, bool at_plane) {
+      return one.terms.empty() ? std::numeric_limits<double>::infinity()
+                               : one.chi2 + begunAt(*sought).stakes.least * static_cast<double>(one.terms.size() + (at_plane ? 1 : 0));
+    };
+    const auto prefer = [&](Parts::Sought& there, Hypothesis other) {
+      if (!(costOf(other, &there == plane) < costOf(law, sought == plane))) return;
+      law = std::move(other);
+      sought = &there;
+    };
+    const auto bestAt = [&](Parts::Sought& there) { return plain ? there.search.plain(begunAt(there)) : there.search.best(begunAt(there)); };
+    if (plane != nullptr && effort != LawEffort::foreseen)
+      prefer(*plane, bestAt(*plane));
+    else if (plane != nullptr && begunAt(*plane).along.foreseesPlain())
+      prefer(*plane, plane->search.plainAlongPath(begunAt(*plane)));
+    if (effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2)))
+      prefer(parts_->at_bearings, bestAt(parts_->at_bearings));
   }
   LawSearch& search = sought->search;
   const auto inCatalogue = [&](int term) { return effects::LawTerms::alsoInCatalogue(term - search.first()); };

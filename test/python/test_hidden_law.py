@@ -29,6 +29,20 @@ def test_a_law_is_asked_for_where_two_effects_leave_little(tmp_path):
     assert abs(term["coefficient"] + 5602.78) < 3 * term["std"]  # amount of the truth.yaml, N s2/m2
 
 
+def test_a_law_that_is_at_large_in_contact_is_sought_without(tmp_path):
+    """Quadratic damping that makes 1.2 times the noise without contact and 12 with it. A delay takes nine tenths of that without, and
+    so came before the law; a delay and a lag together take nearly all, and must leave less than the law to take its place."""
+    _core.make_dataset(801, ["quadratic_damping"], strength=7.0, contact=True, out=str(tmp_path))
+    dataset = _core.read_dataset(str(tmp_path))
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=["control_delay", "amplifier_lag", "hertzian_contact"])
+    assert diagnosis["baseline"]["validation_error_contact"] > 5 * diagnosis["baseline"]["validation_error_free"]
+    assert diagnosis["verdict"] == "unknown" and diagnosis["steps"] == []
+    assert diagnosis["withdrawn"] == ["control_delay", "amplifier_lag"]
+    assert diagnosis["unexplained"]["depends_on"] == ["velocity"]
+    (term,) = diagnosis["unexplained"]["terms"]
+    assert abs(term["coefficient"] + 1632.58) < 3 * term["std"]  # amount of the truth.yaml, N s2/m2
+
+
 def test_a_law_that_bends_the_motion_far_is_found(tmp_path):
     """A cubic spring twenty times the noise: no prediction near the belief tells of it, the forces along the path do.
 

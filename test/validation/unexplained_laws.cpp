@@ -172,6 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
         Law{"test_three_lobes", 10.0, "c * cos(3 * angle + 0.4)", "0", {"shaft angle"}},
         Law{"test_cube_current", 21.0, "c * ix^3", "c * iy^3", {"control current"}},
         Law{"test_even_current", 12.0, "c * ix^2", "c * iy^2", {"control current"}},
+        Law{"test_turn_spring", 500.0, "-c * abs(speed) * x", "-c * abs(speed) * y", {"position", "spin speed"}},
         Law{"test_mixed_current", 4.0, "c * iy", "c * ix", {"control current"}},
         Law{"test_drift", 10.0, "c * time", "-0.5 * c * time", {"time"}},
         Law{"test_spin_damping",

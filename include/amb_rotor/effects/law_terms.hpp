@@ -32,6 +32,8 @@ struct LawTerms {
     cross,
     cross_speed,
     position_speed,
+    position_turn,
+    cross_position_speed,
     velocity_speed,
     velocity_cross_speed,
     turning_cosine,
@@ -71,6 +73,7 @@ struct LawTerms {
     current_axes_cube,
     current_axes_square,
     current_axes_sign,
+    current_position,
     antisym_position,
     antisym_position_cube,
     antisym_velocity,
@@ -110,6 +113,8 @@ struct LawTerms {
     add("cross_N_per_m", "N/m", 1e3, "position: p'");
     add("cross_speed_N_s_per_m", "N s/m", 1.0, "position, spin speed: W p'");
     add("position_speed_N_s2_per_m", "N s2/m", -1e-3, "position, spin speed: W^2 p");
+    add("position_turn_N_s_per_m", "N s/m", -1.0, "position, spin speed: |W| p");
+    add("cross_position_speed_N_s_per_m2", "N s/m2", 1e5, "position, spin speed: W |p| p'");
     add("velocity_speed_N_s2_per_m", "N s2/m", -1e-3, "velocity, spin speed: |W| v");
     add("velocity_cross_speed_N_s2_per_m", "N s2/m", 1e-3, "velocity, spin speed: W v'");
     add("turning_cosine_N", "N", 1.0, "shaft angle: (cos t, sin t)");
@@ -151,6 +156,7 @@ struct LawTerms {
     add("current_axes_cube_N_per_A3", "N/A3", 1.0, "control current: (i_x^3, i_y^3)");
     add("current_axes_square_N_per_A2", "N/A2", 1.0, "control current: (i_x^2, i_y^2)");
     add("current_axes_sign_N", "N", -1.0, "control current: (i_x/|i_x|, i_y/|i_y|)");
+    add("current_position_N_per_A2_m", "N/(A2 m)", -1e3, "position, control current: |i|^2 p");
     add("antisym_position_N_per_m", "N/m", -1e3, "position: -+ p");
     add("antisym_position_cube_N_per_m3", "N/m3", -1e12, "position: -+ |p|^2 p");
     add("antisym_velocity_N_s_per_m", "N s/m", -3.0, "velocity: -+ v");
@@ -273,6 +279,10 @@ struct LawTerms {
           return {-w * p.y, w * p.x};
         case position_speed:
           return w * w * p;
+        case position_turn:
+          return turn * p;
+        case cross_position_speed:
+          return {-w * radius * p.y, w * radius * p.x};
         case velocity_speed:
           return turn * v;
         case velocity_cross_speed:
@@ -335,6 +345,8 @@ struct LawTerms {
           return {i.x * i.x * i.x, i.y * i.y * i.y};
         case current_axes_sign:
           return {hyperbolicTangent(S(sharp_per_A) * i.x), hyperbolicTangent(S(sharp_per_A) * i.y)};
+        case current_position:
+          return i.dot(i) * p;
         case drift_x:
           return {time, zero};
         case drift_y:
