@@ -126,6 +126,9 @@ bool standsAtBelief(const EffectSetting& effect, const Model& belief) {
   return same;
 }
 
+/// Whether a number says where along the shaft an effect acts: no value of it makes the effect vanish.
+bool isPlace(const ParameterSchema& p) { return p.name == "z_m" || p.name == "plane_z_m"; }
+
 /// Whether an effect does nothing with these values.
 bool vanishes(const EffectSetting& effect, const Model& belief) {
   if (standsAtBelief(effect, belief)) return true;
@@ -133,7 +136,7 @@ bool vanishes(const EffectSetting& effect, const Model& belief) {
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterSchema& p = parameters[i];
-    if ((!isSize(p) && p.role != ParameterRole::amplitude) || !std::isfinite(p.neutral)) continue;
+    if ((!isSize(p) && p.role != ParameterRole::amplitude) || !std::isfinite(p.neutral) || isPlace(p)) continue;
     if (effect.values[i] != p.neutral) return false;
     any = true;
   }
@@ -144,7 +147,9 @@ bool vanishes(const EffectSetting& effect, const Model& belief) {
 /// not show where it would act.
 std::vector<Settings> alongTheShaft(const Model& belief, const Settings& start) {
   std::vector<Settings> out = {start};
-  const int place = effectCatalogue().find(start.back().id)->indexOf("z_m");
+  const auto& parameters = effectCatalogue().find(start.back().id)->parameters;
+  const auto found = std::find_if(parameters.begin(), parameters.end(), isPlace);
+  const long place = found == parameters.end() ? -1 : found - parameters.begin();
   for (const double z : belief.rig.planes.amb)
     if (place >= 0) {
       out.push_back(start);

@@ -54,7 +54,8 @@ TEST_P(ForeseenEffect, PromisesWhatItsFitFinds) {
   for (const auto& [effect, promise] : promises) EXPECT_LE(promise.evidence, 1.05 * promises.at(hidden).evidence) << effect;
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, ForeseenEffect, ::testing::Values("motor_magnetic_pull", "control_delay", "current_saturation"),
+INSTANTIATE_TEST_SUITE_P(Sizes, ForeseenEffect,
+                         ::testing::Values("motor_magnetic_pull", "control_delay", "current_saturation", "couple_unbalance"),
                          [](const auto& one) { return std::string(one.param); });
 
 }  // namespace
