@@ -12,11 +12,11 @@ constexpr double law_share = 0.8, doubtful_law_share = 0.5;
 constexpr double settled_error = 1.02;
 /// Share of what is unexplained in the runs to validate that a law of one term must take to end the search at once.
 constexpr double plain_gain = 0.95;
+/// The same of a line of fixed frequency, of which the rotor's answer to its begin is no part.
+constexpr double plain_line = 0.8;
 /// Validation error without contact from which on a law is asked for before any effect is adopted, where no effect alone leaves less than
 /// this share of what is above the noise.
 constexpr double least_error_of_a_law = 1.03, explained_by_one = 0.05;
-/// The same of a line of fixed frequency, of which the rotor's answer to its begin is no part.
-constexpr double plain_line = 0.8;
 
 }  // namespace
 
@@ -57,7 +57,8 @@ bool Diagnoser::lawOutshines(const std::vector<Trial>& trials, double share) {
   double least = excessWithoutContact(errors_);
   const double share_of_all = explained_by_one * least;
   for (const Trial& trial : trials)
-    if (trial.usable() && !needsContact(trial.effect)) least = std::min(least, excessWithoutContact(trial.errors));
+    if (trial.usable() && !needsContact(trial.effect) && trial.errors.validation_error_free >= 0.0)
+      least = std::min(least, excessWithoutContact(trial.errors));
   if (least < share_of_all) return false;
   progress(share - 0.02, "a law of a few terms");
   Unexplained law = lawBesideNone(LawEffort::foreseen);

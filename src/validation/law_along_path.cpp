@@ -1,6 +1,7 @@
 // Laws by their forces along the measured path.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "amb_rotor/effects/law_terms.hpp"
@@ -173,7 +174,11 @@ LawSearch::AlongPath LawSearch::alongPath(const Hypothesis& about, const Stakes&
     out.laws.push_back(std::move(one));
   };
   out.by_one_set = bestOfOneSet(library_, h, g, stakes).drop;
-  out.left = leftByOneSet(above, library_, x, h, g, stakes);
+  // one plane next to a bearing is a term and its like that differs between the bearings: all that would be left to a plane is taken then
+  std::vector<int> alike;
+  std::copy_if(library_.begin(), library_.end(), std::back_inserter(alike),
+               [&](int k) { return k - first_ < effects::LawTerms::antisym_position; });
+  out.left = leftByOneSet(above, alike, x, h, g, stakes);
   add(best.terms);
   for (const int term : best.terms) {
     std::vector<int> own;

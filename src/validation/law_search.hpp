@@ -64,7 +64,7 @@ class LawSearch {
   struct AlongPath {
     std::vector<Hypothesis> laws;
     double promised = 0.0, by_one_set = 0.0;  ///< the latter: the best law of one set of quantities
-    Left left;                                ///< by that
+    Left left;                                ///< by such a law without terms that differ between the bearings
     /// Whether one set of quantities does there nearly what any three terms do: so do plain laws, but not two effects.
     bool foreseesPlain() const { return by_one_set >= plain_by_one_set * promised; }
   };

@@ -140,6 +140,7 @@ struct UnexplainedSearch::Parts {
   CommonLine line;
   Sought at_bearings;
   std::optional<std::unique_ptr<Sought>> at_plane = {};  ///< once it was looked for; null: no plane promises more than the bearings
+  bool sought_about_law = false;
   std::vector<ResidualRows> held_out;  ///< of the runs to validate
   double before = 0.0, count = 0.0;
 
@@ -162,11 +163,14 @@ struct UnexplainedSearch::Parts {
   }
   double excess() const { return std::max(1.0, before - count); }
   /// The search at the plane that leaves least along the measured path, where that is far less than at the bearings. Null: there is none.
-  Sought* plane() {
-    if (!at_plane) at_plane = seekPlane();
+  /// @param law  at the bearings: one that leaves nothing has the nuisance right
+  Sought* plane(const Hypothesis& law) {
+    const bool about_law = !law.terms.empty();
+    if (!at_plane || (*at_plane == nullptr && about_law && !sought_about_law)) at_plane = seekPlane(law);
+    sought_about_law = sought_about_law || about_law;
     return at_plane->get();
   }
-  std::unique_ptr<Sought> seekPlane() {
+  std::unique_ptr<Sought> seekPlane(const Hypothesis& law) {
     const LawSearch::AlongPath& bearings = at_bearings.begin(local, before, count).along;
     if (bearings.laws.empty()) return nullptr;  // the path tells nothing
     const LawSearch::Stakes stakes(before, count);
@@ -176,8 +180,8 @@ struct UnexplainedSearch::Parts {
     std::vector<double> planes;
     for (int plane = 0; plane < first_planes; ++plane) planes.push_back(ends.first + plane * spacing);
     double best_z_m = 0.0;
-    // about the belief, then ever closer about the nuisance that the best so far asks for
-    LawSearch::Left best = {0.0, at_bearings.search.space().start()};
+    // about the law's nuisance or the belief, then ever closer about the nuisance that the best so far asks for
+    LawSearch::Left best = {0.0, law.terms.empty() ? at_bearings.search.space().start() : law.x};
     for (int round = 0; round < plane_rounds; ++round) {
       const Eigen::VectorXd about = best.x;
       const StartScreen screen = at_bearings.search.screenAt(about, local);
@@ -252,12 +256,15 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   Parts::Sought* sought = &parts_->at_bearings;
   Hypothesis law = begunAt(*sought).without;
   // what the measured path tells of the bearings; of a plane, unless that is one term, alike at both; then what else the bearings have
-  if (!own_phases && (effort != LawEffort::foreseen || begunAt(*sought).along.foreseesPlain())) law = sought->search.plainAlongPath(begunAt(*sought));
+  if (!own_phases && (effort != LawEffort::foreseen || begunAt(*sought).along.foreseesPlain()))
+    law = sought->search.plainAlongPath(begunAt(*sought));
   if (!own_phases && !isOneAlikeAtBoth(sought->search, law)) {
-    Parts::Sought* const plane = parts_->plane();
+    Parts::Sought* const plane = parts_->plane(law);
+    // a plane counts as a term; of equals it is the plainer one
+    const LawSearch::Stakes stakes(before, count);
     const auto costOf = [&](const Hypothesis& one, bool at_plane) {
       return one.terms.empty() ? std::numeric_limits<double>::infinity()
-                               : one.chi2 + begunAt(*sought).stakes.least * static_cast<double>(one.terms.size() + (at_plane ? 1 : 0));
+                               : one.chi2 + stakes.least * static_cast<double>(one.terms.size()) + (at_plane ? stakes.least - stakes.tie : 0.0);
     };
     const auto prefer = [&](Parts::Sought& there, Hypothesis other) {
       if (!(costOf(other, &there == plane) < costOf(law, sought == plane))) return;

@@ -96,6 +96,10 @@ TEST(LawEffectTest, AtOnePlaneItIsTheLawOfTermsThere) {
     const Model hand = with(base, "force_law_at_plane", there), law = with(base, "test_plane_law", {-2e13, 0.05, 2.0, z_m});
     EXPECT_GT(difference(base, hand, lively()), 0.01) << "it changes the motion";
     EXPECT_LT(difference(hand, law, lively()), law_roundings);
+    // it stands on the stator: where that moves, it pushes back
+    const auto on = [](const Model& model) { return with(model, "foundation_resonance", {30.0, 60.0, 0.05}); };
+    EXPECT_GT(difference(hand, on(hand), lively()), 0.01) << "the stator moves";
+    EXPECT_LT(difference(on(hand), on(law), lively()), law_roundings);
   }
 }
 

@@ -208,7 +208,6 @@ struct LawTerms {
     return base[term - antisym_position];
   }
 
-
   static constexpr double sharp_per_A = 20.0;  ///< a current's sign is tanh of so many times it
 
   /// The quantities at a place, and a term's vector there.
