@@ -12,9 +12,10 @@ from amb_rotor import _core
 BLIND = pathlib.Path(__file__).parents[1] / "independent" / "blind.py"
 
 
-def independent_set(seed: int, index: int, folder: pathlib.Path) -> tuple:
-    """The data set, and the true parameters of what is hidden in it, by effect."""
-    subprocess.run([sys.executable, str(BLIND), "--seed", str(seed), "--only", str(index), "--out", str(folder)], check=True)
+def independent_set(seed: int, index: int, folder: pathlib.Path, *laws: str) -> tuple:
+    """The data set, and the true parameters of what is hidden in it, by effect. laws: of a round of these laws only."""
+    chosen = ["--laws", *laws] if laws else []
+    subprocess.run([sys.executable, str(BLIND), "--seed", str(seed), "--only", str(index), "--out", str(folder), *chosen], check=True)
     made = folder / f"set-{index:04d}"
     truth = yaml.safe_load((made / "truth.yaml").read_text())
     return _core.read_dataset(str(made)), {entry["effect"]: entry["parameters"] for entry in truth["effects"]}

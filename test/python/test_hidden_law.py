@@ -43,6 +43,50 @@ def test_a_law_that_is_at_large_in_contact_is_sought_without(tmp_path):
     assert abs(term["coefficient"] + 1632.58) < 3 * term["std"]  # amount of the truth.yaml, N s2/m2
 
 
+SEAL_DRAG = """\
+format: amb-effect/1
+effect: test_seal_drag
+summary: "of a test"
+excited_by: "large motion"
+place: rotor
+parameters:
+  - {name: c, unit: "N s2/m2", lower: -1.0e+9, upper: 1.0e+9, typical: 20000.0, neutral: 0.0, meaning: "size"}
+  - {name: z_m, unit: m, lower: -2.0, upper: 2.0, typical: 0.035, meaning: "where"}
+law:
+  force_x_N: "-c * hypot(vx, vy) * vx"
+  force_y_N: "-c * hypot(vx, vy) * vy"
+"""
+
+
+def test_a_pair_that_leaves_next_to_nothing_gives_way_to_a_law_that_leaves_less(tmp_path):
+    """Drag of a seal, 1.07 times the noise without contact, of which a foundation and a delay leave under 1.02."""
+    (tmp_path / "seal.yaml").write_text(SEAL_DRAG)
+    _core.load_effect(str(tmp_path / "seal.yaml"))
+    _core.make_dataset(771, ["test_seal_drag"], strength=7.0, contact=True, out=str(tmp_path / "made"))
+    dataset = _core.read_dataset(str(tmp_path / "made"))
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=["foundation_resonance", "control_delay"])
+    assert set(diagnosis["withdrawn"]) == {"foundation_resonance", "control_delay"}
+    assert diagnosis["verdict"] == "unknown" and diagnosis["steps"] == []
+    unexplained = diagnosis["unexplained"]
+    assert unexplained["depends_on"] == ["velocity"]
+    assert abs(unexplained["plane_z_m"]["value"] - 0.035) < 1e-3  # the drag is next to the noise: 0.2 mm are a deviation
+
+
+def test_a_plane_next_to_a_bearing_is_no_law_of_two_signs(tmp_path):
+    """Damping with the speed 3 mm from bearing a: two terms at the bearings do the same, one of which an effect of the catalogue makes.
+
+    About the belief no plane shows, as its mass and Ki are off; about the nuisance of those two terms the right one does.
+    """
+    dataset, _ = independent_set(515, 0, tmp_path, "plane_speed_damping")
+    truth = yaml.safe_load((tmp_path / "set-0000" / "truth.yaml").read_text())["law_parameters"]
+    diagnosis, *_ = _core.diagnose(dataset.belief, dataset, candidates=["static_load"], most_steps=1)
+    unexplained = diagnosis["unexplained"]
+    assert unexplained["depends_on"] == ["spin speed", "velocity"]
+    assert abs(unexplained["plane_z_m"]["value"] - truth["law_z_m"]) < 1e-3
+    (term,) = unexplained["terms"]
+    assert abs(term["coefficient"] / -truth["law_plane_speed"] - 1) < 0.01  # mass and Ki are free beside it
+
+
 def test_a_law_that_bends_the_motion_far_is_found(tmp_path):
     """A cubic spring twenty times the noise: no prediction near the belief tells of it, the forces along the path do.
 
