@@ -1,8 +1,8 @@
 """A new effect from the law that a diagnosis proposes: as a file of format amb-effect/1 (as C++: new_effect_cpp.py).
 
-Each term of the law (the hypothesis effects `force_law`, and `force_law_at_plane` of one plane of the rotor) is known here as
-a force, in the formulas of effect files and in C++. p = (x, y) is the rotor's displacement at a magnetic bearing or that plane,
-v its velocity, i the current, t the shaft's angle.
+Each term of the law (the hypothesis effects `force_law`, `force_law_at_plane` of one plane of the rotor and `force_law_of_tilt`)
+is known here as a force, in the formulas of effect files and in C++. p = (x, y) is the rotor's displacement at a magnetic bearing
+or that plane, or half of bearing b's less a's, v its velocity, i the current, t the shaft's angle.
 """
 from __future__ import annotations
 
@@ -84,6 +84,31 @@ def _antisymmetric(term: Term) -> Term:
 FREQUENCY = "time_frequency_hz"
 # The axial position of a law at one plane: its last parameter.
 PLANE = "z_m"
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """Where a law acts, as in effect files: magnetic_bearings, rotor (at the plane z_m), tilt."""
+    kind: str = "magnetic_bearings"
+    z_m: float | None = None
+
+    @staticmethod
+    def of(unexplained: dict) -> Place:
+        plane = unexplained.get("plane_z_m")
+        if plane:
+            return Place("rotor", plane["value"])
+        return Place(unexplained.get("place", Place.kind))
+
+
+BEARINGS = Place()
+# Each place: where it is in words, what its line in an effect file says beside it, the quantities of its formulas.
+_PLACES = {"magnetic_bearings": ("a force at the bearings", "or: rotor (at a parameter z_m), tilt, sensors",
+                                 "x y vx vy ix iy angle speed time end"),
+           "rotor": ("a force at one plane of the rotor", "at z_m; or: magnetic_bearings, tilt, sensors",
+                     "x y vx vy angle speed time"),
+           "tilt": ("a couple", "the force at bearing b, its opposite at a; or: magnetic_bearings, rotor, sensors",
+                    "x y vx vy angle speed time, (x, y) = (p_b - p_a)/2")}
+
 
 _PLAIN = (
     _along("position_N_per_m", "N/m", "stiffness: p", "any motion", "", ""),
@@ -175,9 +200,12 @@ def repeats(terms: list[dict]) -> bool:
     return any(FREQUENCY in TERMS[row["term"]].x + TERMS[row["term"]].y for row in terms)
 
 
-def parameters(terms: list[dict], frequency_hz: float | None = None, plane_z_m: float | None = None) -> list[dict]:
-    """The parameters of an effect with these terms, as in its file. term: a name of TERMS and a coefficient; plane_z_m: of the
-    one plane at which it acts."""
+def said(place: Place) -> str:
+    return _PLACES[place.kind][0]
+
+
+def parameters(terms: list[dict], frequency_hz: float | None = None, place: Place = BEARINGS) -> list[dict]:
+    """The parameters of an effect with these terms, as in its file. term: a name of TERMS and a coefficient."""
     rows = []
     if repeats(terms):
         frequency = 50.0 if frequency_hz is None else frequency_hz
@@ -188,9 +216,9 @@ def parameters(terms: list[dict], frequency_hz: float | None = None, plane_z_m: 
         reach = _REACH * abs(value) if value else 1.0
         rows.append({"name": term.name, "unit": term.unit, "lower": -reach, "upper": reach, "typical": value,
                      "neutral": 0.0, "meaning": f"force per {term.meaning}"})
-    if plane_z_m is not None:
+    if place.z_m is not None:
         rows.append({"name": PLANE, "unit": "m", "lower": -_FARTHEST_PLANE_M, "upper": _FARTHEST_PLANE_M,
-                     "typical": float(f"{plane_z_m:.6g}"), "meaning": "axial position"})
+                     "typical": float(f"{place.z_m:.6g}"), "meaning": "axial position"})
     return rows
 
 
@@ -201,22 +229,21 @@ def number(value: float) -> str:
 
 
 def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], frequency_hz: float | None = None,
-              plane_z_m: float | None = None) -> str:
+              place: Place = BEARINGS) -> str:
     """The effect file."""
+    _, beside, names = _PLACES[place.kind]
     chosen = [TERMS[row["term"]] for row in terms]
     lines = [f"# {remark}" for remark in remarks]
     lines += ["format: amb-effect/1", f"effect: {name}", f'summary: "{summary}"',
               f'excited_by: "{"; ".join(dict.fromkeys(term.excited_by for term in chosen))}"',
-              "place: magnetic_bearings              # or: rotor (at a parameter z_m), sensors" if plane_z_m is None
-              else "place: rotor                          # at z_m; or: magnetic_bearings, sensors", "parameters:"]
-    for row in parameters(terms, frequency_hz, plane_z_m):
+              f"{f'place: {place.kind}':<37} # {beside}", "parameters:"]
+    for row in parameters(terms, frequency_hz, place):
         keys = [key for key in ("lower", "upper", "typical", "neutral") if key in row]
         numbers = ", ".join(f"{key}: {number(row[key])}" for key in keys)
         lines.append(f'  - {{name: {row["name"]}, unit: "{row["unit"]}", {numbers},\n     meaning: "{row["meaning"]}"}}')
     needed = _needed(chosen)
     if needed:
         lines += ["where:"] + [f'  {key}: "{_WHERE[key]}"' for key in needed]
-    names = "x y vx vy ix iy angle speed time end" if plane_z_m is None else "x y vx vy angle speed time"
     lines.append(f"law:                                  # of {names}, and the names above")
     for axis in ("x", "y"):
         formula = " + ".join(f"{term.name} * ({getattr(term, axis)})" for term in chosen)

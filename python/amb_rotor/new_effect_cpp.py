@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from amb_rotor.new_effect import TERMS, number, parameters, reads
+from amb_rotor.new_effect import BEARINGS, TERMS, Place, number, parameters, reads
 
 # What the formulas call on beside the quantities; each is written where a term needs it.
 _CPP_WHERE = {"radius": "squareRoot(p.dot(p))", "rate": "squareRoot(v.dot(v) + S(1e-24))",
@@ -38,15 +38,23 @@ class _Place:
     applied: str
     members: str = ""
     made: str = ""
+    include: str = "effect.hpp"
 
 
-def _place(plane: int | None) -> _Place:
-    """plane: place of z_m among the parameters; None: at the bearings."""
-    if plane is None:
+def _place(place: Place, plane: int) -> _Place:
+    """plane: where z_m is among the parameters, if it is one."""
+    if place == BEARINGS:
         return _Place("At each magnetic bearing, while it is on, with p the rotor's displacement there, v its\n"
                       "// velocity, i the current that makes the force and t the shaft's angle", "acts_on_bearing_force",
                       "void bearingForce(const BearingSite<S>& site, Vec2<S>& force) const override",
                       "const Vec2<S>& {short} = site.{full};", "      const Shaft<S>& shaft = *site.shaft;\n", "force += {force};")
+    if place.kind == "tilt":
+        return _Place("At magnetic bearing b, and its opposite at a, with p = (p_b - p_a)/2 of the displacements there, v its\n"
+                      "// rate and t the shaft's angle", "acts_on_rotor | acts_on_rotor_force",
+                      "void rotorForce(const Shaft<S>& {shaft}, RotorForces<S>& rotor) const override",
+                      "const Vec2<S> {short} = tilt_.{full}(rotor);", "", "tilt_.push(rotor, {force});", "    TiltPlanes<S> tilt_;\n",
+                      "    void rotor(const Rig<S>& rig, RotorPort<S>& port) override { tilt_ = TiltPlanes<S>(rig, port); }\n",
+                      "tilt_planes.hpp")
     return _Place("At the plane z_m of the rotor, with p its displacement there, v its velocity and t the shaft's\n// angle",
                   "acts_on_rotor | acts_on_rotor_force",
                   "void rotorForce(const Shaft<S>& {shaft}, RotorForces<S>& rotor) const override",
@@ -54,12 +62,12 @@ def _place(plane: int | None) -> _Place:
                   f"    void rotor(const Rig<S>&, RotorPort<S>& port) override {{ plane_ = port.addPlane(c_[{plane}]); }}\n")
 
 
-def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float | None = None, plane_z_m: float | None = None) -> str:
+def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float | None = None, acts: Place = BEARINGS) -> str:
     """The effect as a header for include/amb_rotor/effects/."""
     chosen = [TERMS[row["term"]] for row in terms]
-    own = parameters(terms, frequency_hz, plane_z_m)
+    own = parameters(terms, frequency_hz, acts)
     first = [row["name"] for row in own].index(chosen[0].name)  # the frequency comes before the coefficients
-    place = _place(None if plane_z_m is None else len(own) - 1)
+    place = _place(acts, len(own) - 1)
     law = " + ".join(f"{term.name} {term.meaning.split(': ')[-1].split(', rounded')[0]}" for term in chosen)
     rows = ",\n             ".join(
         f'parameter("{row["name"]}", "{row["unit"]}", {number(row["lower"])}, {number(row["upper"])}, '
@@ -85,7 +93,7 @@ def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float |
 //   F = {law}
 // TO COMPLETE: the mechanism, and after the words Valid, Source and Left out, each with a colon, the range in which the
 // law holds, where it is from and what it leaves out.
-#include "amb_rotor/effects/effect.hpp"
+#include "amb_rotor/effects/{place.include}"
 
 namespace amb_rotor::effects {{
 
@@ -123,37 +131,40 @@ _AT_THE_BEARINGS = """  const BearingSite<double> site{&rig, &shaft, 0, {2e-5, -
     return sum;
   };
 """
-_AT_A_PLANE = """  const auto force = [&](const std::vector<double>& values) {
+_ON_THE_ROTOR = """  const auto force = [&](const std::vector<double>& values) {
     CLASS::Physics<double> physics(values);
-    AtOnePlane rotor;
+    MovedRotor rotor;
     physics.rotor(rig, rotor);
     physics.rotorForce(shaft, rotor);
     return rotor.force;
   };
 """
-_ONE_PLANE = """
-/// A rotor of one plane, which is moved.
-struct AtOnePlane : RotorPort<double>, RotorForces<double> {
-  int addPlane(const double&) override { return 0; }
+_MOVED_ROTOR = """
+/// A rotor whose planes move each in its way; the force on the last.
+struct MovedRotor : RotorPort<double>, RotorForces<double> {
+  int planes = 0;
+  int addPlane(const double&) override { return ++planes; }
   void addMode(const double&, const double&, const double&, const double[2], const double[2], const double[2],
                const double&) override {}
-  Vec2<double> position(int) const override { return {2e-5, -3e-5}; }
-  Vec2<double> velocity(int) const override { return {0.01, 0.02}; }
-  void push(int, const Vec2<double>& f) override { force += f; }
-  void load(int, const Vec2<double>& f) override { force += f; }
+  Vec2<double> position(int plane) const override { return static_cast<double>(plane) * Vec2<double>{2e-5, -3e-5}; }
+  Vec2<double> velocity(int plane) const override { return static_cast<double>(plane) * Vec2<double>{0.01, 0.02}; }
+  void push(int plane, const Vec2<double>& f) override {
+    if (plane == planes) force += f;
+  }
+  void load(int plane, const Vec2<double>& f) override { push(plane, f); }
   void twist(const double&) override {}
   Vec2<double> force;
 };
 """
 
 
-def cpp_test(name: str, terms: list[dict], frequency_hz: float | None = None, plane_z_m: float | None = None) -> str:
+def cpp_test(name: str, terms: list[dict], frequency_hz: float | None = None, acts: Place = BEARINGS) -> str:
     """Its test for test/unit/: what the formulas give at one place; the closed form is for a person to add."""
-    rows = parameters(terms, frequency_hz, plane_z_m)
+    rows = parameters(terms, frequency_hz, acts)
     names = [row["name"] for row in rows]
     values = ", ".join(number(row["typical"]) for row in rows)
     first = names.index(TERMS[terms[0]["term"]].name)  # the frequency, which is no coefficient, comes first
-    one_plane, force = ("", _AT_THE_BEARINGS) if plane_z_m is None else (_ONE_PLANE, _AT_A_PLANE)
+    moved, force = ("", _AT_THE_BEARINGS) if acts == BEARINGS else (_MOVED_ROTOR, _ON_THE_ROTOR)
     return f"""// {class_name(name)}: the force against its closed form.
 #include <gtest/gtest.h>
 
@@ -161,7 +172,7 @@ def cpp_test(name: str, terms: list[dict], frequency_hz: float | None = None, pl
 
 namespace amb_rotor::effects {{
 namespace {{
-{one_plane}
+{moved}
 TEST({class_name(name)}Test, VanishesAtItsNeutralValuesAndIsLinearInItsCoefficients) {{
   const std::vector<double> typical = {{{values}}};
   std::vector<double> twice = typical, none = typical;

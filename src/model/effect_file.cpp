@@ -16,7 +16,8 @@ constexpr const char* quantities[EffectLaw::quantity_count] = {"x",  "y",     "v
 bool isAvailable(int quantity, Place place) {
   switch (place) {
     case Place::magnetic_bearings: return true;
-    case Place::rotor: return quantity != EffectLaw::ix && quantity != EffectLaw::iy && quantity != EffectLaw::end;
+    case Place::rotor:
+    case Place::tilt: return quantity != EffectLaw::ix && quantity != EffectLaw::iy && quantity != EffectLaw::end;
     case Place::sensors: return quantity < EffectLaw::vx || quantity > EffectLaw::iy;
   }
   return false;
@@ -181,7 +182,7 @@ EffectSchema readEffect(YamlMap& root, const YamlNode& node) {
   schema.summary = root.text("summary");
   schema.excited_by = root.text("excited_by");
   auto law = std::make_shared<EffectLaw>();
-  const int place = root.choice("place", {"magnetic_bearings", "rotor", "sensors"});
+  const int place = root.choice("place", {"magnetic_bearings", "rotor", "sensors", "tilt"});
   law->place = static_cast<Place>(std::max(place, 0));
   schema.parameters = readParameters(root);
   law->parameters = static_cast<int>(schema.parameters.size());

@@ -154,6 +154,16 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
                                     ? py::object(py::float_(diagnosis.unexplained.frequency_hz))
                                     : py::object(py::none());
   unexplained["held_out_gain"] = diagnosis.unexplained.held_out_gain;
+  switch (diagnosis.unexplained.place) {
+    case EffectLaw::Place::rotor:
+      unexplained["place"] = "rotor";
+      break;
+    case EffectLaw::Place::tilt:
+      unexplained["place"] = "tilt";
+      break;
+    default:
+      unexplained["place"] = "magnetic_bearings";
+  }
   unexplained["plane_z_m"] = py::none();
   if (diagnosis.unexplained.plane_z_m) {
     py::dict plane;

@@ -2,9 +2,11 @@
 
 #include <sstream>
 
+#include "amb_rotor/common/error.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/effects/force_law_at_plane.hpp"
+#include "amb_rotor/effects/force_law_of_tilt.hpp"
 
 namespace amb_rotor {
 
@@ -16,15 +18,26 @@ std::vector<std::string> quantitiesOf(const std::string& meaning) {
 }
 
 const EffectSchema& LawPlace::schema() const {
-  return *effectCatalogue().find(plane_z_m ? effects::ForceLawAtPlane::id : effects::ForceLaw::id);
+  switch (kind) {
+    case Kind::magnetic_bearings:
+      return *effectCatalogue().find(effects::ForceLaw::id);
+    case Kind::rotor:
+      return *effectCatalogue().find(effects::ForceLawAtPlane::id);
+    case Kind::tilt:
+      return *effectCatalogue().find(effects::ForceLawOfTilt::id);
+    default:
+      AMB_ROTOR_CHECK(false, "a force law in the sensors");
+  }
 }
 
-int LawPlace::terms() const { return plane_z_m ? effects::LawTerms::plane_term_count : effects::LawTerms::term_count; }
+int LawPlace::terms() const {
+  return kind == Kind::magnetic_bearings ? effects::LawTerms::term_count : effects::LawTerms::plane_term_count;
+}
 
 EffectSetting LawPlace::withoutForce(double frequency_hz) const {
   EffectSetting out = {schema().id, std::vector<double>(static_cast<std::size_t>(terms()), 0.0)};
   out.values.push_back(frequency_hz > 0.0 ? frequency_hz : 50.0);
-  if (plane_z_m) out.values.push_back(*plane_z_m);
+  if (isPlane()) out.values.push_back(plane_z_m);
   return out;
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 // Where a law of no catalogue acts, and which of the program's effects stands for it: force_law at each magnetic bearing,
-// force_law_at_plane at one plane of the rotor.
-#include <optional>
+// force_law_at_plane at one plane of the rotor, force_law_of_tilt against its tilt.
 #include <string>
 #include <vector>
 
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/effect_schema.hpp"
 #include "amb_rotor/model/model.hpp"
 
@@ -14,7 +14,13 @@ namespace amb_rotor {
 std::vector<std::string> quantitiesOf(const std::string& meaning);
 
 struct LawPlace {
-  std::optional<double> plane_z_m = {};  ///< none: at each magnetic bearing
+  using Kind = EffectLaw::Place;
+  Kind kind = Kind::magnetic_bearings;  ///< not sensors
+  double plane_z_m = 0.0;               ///< of the rotor's plane
+
+  static LawPlace atPlane(double z_m) { return {Kind::rotor, z_m}; }
+  static LawPlace ofTilt() { return {Kind::tilt, 0.0}; }
+  bool isPlane() const { return kind == Kind::rotor; }
 
   const EffectSchema& schema() const;
   int terms() const;  ///< the effect's first parameters

@@ -48,7 +48,7 @@ LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& beli
       frequency_hz_(frequency_hz),
       problem_(recordings, space_, offset_std_m) {
   first_ = bare_.size();
-  if (place.plane_z_m) plane_ = first_ + place.terms();
+  if (place.isPlane()) plane_ = first_ + place.terms();
   const auto& parameters = place.schema().parameters;
   std::map<std::string, unsigned> bits;
   for (int k = 0; k < first_; ++k) base_.push_back(k);
@@ -172,6 +172,26 @@ std::vector<Hypothesis> LawSearch::contenders(const Hypothesis& about, int singl
   return out;
 }
 
+/// Fits its terms, the nuisance and the adopted effects' numbers.
+FitResult LawSearch::fitTo(Hypothesis& law, FitOptions options) const {
+  for (auto& local : law.local) local.evaluations = 0;  // of another machine
+  options.held.assign(space_.size(), false);
+  for (int k = first_; k < first_ + place_.terms(); ++k)
+    options.held[k] = std::find(law.terms.begin(), law.terms.end(), k) == law.terms.end();
+  FitResult found = fit(problem_, law.x, fit_, law.local, options);
+  law.x = found.x;
+  law.covariance = found.covariance;
+  law.chi2 = found.finite ? found.chi2 : 1e300;
+  return found;
+}
+
+Hypothesis LawSearch::toItsEnd(const Hypothesis& law) const {
+  Hypothesis out = law;
+  FitOptions options;
+  options.scores = true;
+  return fitTo(out, options).finite ? out : law;
+}
+
 /// Fits each: its terms, the nuisance and the adopted effects' numbers. Best first, laws of the same terms once.
 void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
   std::vector<char> known(these.size(), 0);
@@ -182,19 +202,11 @@ void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
     }
   tbb::parallel_for(std::size_t{0}, these.size(), [&](std::size_t i) {
     if (known[i]) return;
-    Hypothesis& one = these[i];
-    for (auto& local : one.local) local.evaluations = 0;  // of another machine
     FitOptions options;
     options.most_iterations = iterations;
     options.covariance = false;
     options.columns_at_once = true;
-    options.held.assign(space_.size(), false);
-    for (int k = first_; k < first_ + place_.terms(); ++k)
-      options.held[k] = std::find(one.terms.begin(), one.terms.end(), k) == one.terms.end();
-    const FitResult found = fit(problem_, one.x, fit_, one.local, options);
-    one.x = found.x;
-    one.covariance = found.covariance;
-    one.chi2 = found.finite ? found.chi2 : 1e300;
+    fitTo(these[i], options);
   });
   std::vector<Hypothesis> different;
   for (std::size_t i = 0; i < these.size(); ++i) {

@@ -95,6 +95,9 @@ class LawSearch {
   /// The best law: the plain one where there is one.
   Hypothesis best(Begun& begun);
 
+  /// A law fitted to its end, with deviations that are robust against coloured noise.
+  Hypothesis toItsEnd(const Hypothesis& law) const;
+
  private:
   bool linearise(const Eigen::VectorXd& x, std::vector<LocalState>& local, Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
   void priors(Eigen::MatrixXd& h, Eigen::VectorXd& g) const;
@@ -116,6 +119,7 @@ class LawSearch {
   void refineBest(std::vector<Hypothesis>& these);
   std::vector<Hypothesis> contenders(const Hypothesis& about, int singles, int pairs, const Stakes& stakes,
                                      int instead = 0) const;
+  FitResult fitTo(Hypothesis& law, FitOptions options) const;
   void refine(std::vector<Hypothesis>& these, int iterations);
   unsigned quantitiesIn(const std::vector<int>& terms) const;
   int quantityCount(const std::vector<int>& terms) const;

@@ -19,13 +19,13 @@ namespace {
 constexpr double least_line_share = 0.3, plain_line_share = 0.8;
 /// Where nothing is found.
 const char* const no_law =
-    "no force at the bearings or at one plane in position, velocity, spin speed, shaft angle, control current or time takes 5 % of "
-    "the unexplained error";
-/// Of what forces along the measured path leave at the bearings, what the best plane of a round behind the first may leave to look closer,
-/// and the best of all to try a law there.
+    "no force at the bearings, at one plane or against the tilt in position, velocity, spin speed, shaft angle, control current or "
+    "time takes 5 % of the unexplained error";
+/// Of what forces along the measured path leave at the bearings, what the best other place of a round behind the first may leave to look
+/// closer, and the best of all to try a law there.
 constexpr double less_at_round = 0.9, less_at_best = 0.5;
-/// Planes from end to end of the rotor's own; rounds.
-constexpr int first_planes = 7, plane_rounds = 4;
+/// Planes from end to end of the rotor's own; rounds, of those in which the tilt takes part.
+constexpr int first_planes = 7, place_rounds = 4, tilt_rounds = 2;
 
 /// Residuals over the noise of the model as it stands, for the runs given.
 std::vector<ResidualRows> residualsOf(const std::vector<Recording>& recordings, const Model& model,
@@ -73,26 +73,29 @@ double squaresOfLine(const std::vector<ResidualRows>& runs, double frequency_hz)
   return sum;
 }
 
-/// Whether a law at the bearings is one term with one sign at both: what acts at one plane is two terms there, or more.
+/// Whether a law at the bearings is one term with one sign at both: what acts elsewhere is two terms there, or more.
 bool isOneAlikeAtBoth(const LawSearch& search, const Hypothesis& law) {
   return law.terms.size() == 1 && law.terms.front() - search.first() < effects::LawTerms::antisym_position;
 }
 
-/// @param level  of what the law leaves: the standard deviations are over it
-void describe(const LawSearch& search, const Hypothesis& law, double level, Unexplained& out) {
+void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) {
   const auto& parameters = search.place().schema().parameters;
   const int first = search.first(), plane = search.planeCoordinate();
-  const auto deviation = [&](int k) { return std::sqrt(std::max(0.0, level * law.covariance(k, k))); };
+  const auto deviation = [&](int k) { return std::sqrt(std::max(0.0, law.covariance(k, k))); };
   std::ostringstream shape;
-  shape << "force at ";
-  if (plane >= 0) {
-    out.plane_z_m = law.x[plane];
-    out.plane_std_m = deviation(plane);
-    shape << "the plane z = " << *out.plane_z_m << " m";
-  } else {
-    shape << "the bearings";
+  out.place = search.place().kind;
+  switch (out.place) {
+    case LawPlace::Kind::rotor:
+      out.plane_z_m = law.x[plane];
+      out.plane_std_m = deviation(plane);
+      shape << "force at the plane z = " << *out.plane_z_m << " m = ";
+      break;
+    case LawPlace::Kind::tilt:
+      shape << "couple, a force at bearing b and its opposite at a, of p = (p_b - p_a)/2 = ";
+      break;
+    default:
+      shape << "force at the bearings = ";
   }
-  shape << " = ";
   out.depends_on.clear();
   out.terms.clear();
   for (std::size_t t = 0; t < law.terms.size(); ++t) {
@@ -139,7 +142,7 @@ struct UnexplainedSearch::Parts {
   std::vector<ResidualRows> residuals;  ///< of the runs to fit
   CommonLine line;
   Sought at_bearings;
-  std::optional<std::unique_ptr<Sought>> at_plane = {};  ///< once it was looked for; null: no plane promises more than the bearings
+  std::optional<std::unique_ptr<Sought>> elsewhere = {};  ///< once it was looked for; null: no place promises more than the bearings
   bool sought_about_law = false;
   std::vector<ResidualRows> held_out;  ///< of the runs to validate
   double before = 0.0, count = 0.0;
@@ -158,53 +161,57 @@ struct UnexplainedSearch::Parts {
         held_out(untouched(all, space.model(at), at_bearings.search.heldOut(), local, offset_std)) {
     before = at_bearings.search.chi2(at_bearings.stood, at_bearings.search.fitted(), local, &count);
   }
-  std::unique_ptr<Sought> soughtAt(double z_m) const {
-    return std::make_unique<Sought>(recordings, belief, adopted, x, line.frequency_hz, offset_std_m, LawPlace{z_m});
+  std::unique_ptr<Sought> soughtAt(LawPlace place) const {
+    return std::make_unique<Sought>(recordings, belief, adopted, x, line.frequency_hz, offset_std_m, place);
   }
   double excess() const { return std::max(1.0, before - count); }
-  /// The search at the plane that leaves least along the measured path, where that is far less than at the bearings. Null: there is none.
+  /// The search at the plane, or against the tilt, that leaves least along the measured path, where that is far less than at the
+  /// bearings. Null: there is none.
   /// @param law  at the bearings: one that leaves nothing has the nuisance right
-  Sought* plane(const Hypothesis& law) {
+  Sought* otherPlace(const Hypothesis& law) {
     const bool about_law = !law.terms.empty();
-    if (!at_plane || (*at_plane == nullptr && about_law && !sought_about_law)) at_plane = seekPlane(law);
+    if (!elsewhere || (*elsewhere == nullptr && about_law && !sought_about_law)) elsewhere = seekPlace(law);
     sought_about_law = sought_about_law || about_law;
-    return at_plane->get();
+    return elsewhere->get();
   }
-  std::unique_ptr<Sought> seekPlane(const Hypothesis& law) {
+  std::unique_ptr<Sought> seekPlace(const Hypothesis& law) {
     const LawSearch::AlongPath& bearings = at_bearings.begin(local, before, count).along;
     if (bearings.laws.empty()) return nullptr;  // the path tells nothing
     const LawSearch::Stakes stakes(before, count);
     const auto& own = belief.rig.planes;
     const auto ends = std::minmax({own.amb[0], own.amb[1], own.sensor[0], own.sensor[1], own.aux[0], own.aux[1]});
     double spacing = (ends.second - ends.first) / (first_planes - 1);
-    std::vector<double> planes;
-    for (int plane = 0; plane < first_planes; ++plane) planes.push_back(ends.first + plane * spacing);
-    double best_z_m = 0.0;
+    std::vector<LawPlace> places;
+    for (int plane = 0; plane < first_planes; ++plane) places.push_back(LawPlace::atPlane(ends.first + plane * spacing));
+    LawPlace best_place;
     // about the law's nuisance or the belief, then ever closer about the nuisance that the best so far asks for
     LawSearch::Left best = {0.0, law.terms.empty() ? at_bearings.search.space().start() : law.x};
-    for (int round = 0; round < plane_rounds; ++round) {
+    for (int round = 0; round < place_rounds; ++round) {
+      if (round < tilt_rounds) places.push_back(LawPlace::ofTilt());
       const Eigen::VectorXd about = best.x;
       const StartScreen screen = at_bearings.search.screenAt(about, local);
       best.above = std::numeric_limits<double>::infinity();
-      for (const double z : planes) {
-        LawSearch::Left one = soughtAt(z)->search.leftByOneSet(screen, about, stakes);
+      for (const LawPlace& place : places) {
+        LawSearch::Left one = soughtAt(place)->search.leftByOneSet(screen, about, stakes);
         if (one.above < best.above) {
           best = std::move(one);
-          best_z_m = z;
+          best_place = place;
         }
       }
       if (round > 0 && !leavesLess(best, less_at_round)) return nullptr;
       spacing *= 0.5;
-      planes = {best_z_m - spacing, best_z_m, best_z_m + spacing};
+      places = {best_place};
+      if (best_place.isPlane())
+        for (const double z : {best_place.plane_z_m - spacing, best_place.plane_z_m + spacing}) places.push_back(LawPlace::atPlane(z));
     }
-    std::unique_ptr<Sought> there = soughtAt(best_z_m);
+    std::unique_ptr<Sought> there = soughtAt(best_place);
     return leavesLess(there->begin(local, before, count).along.left, less_at_best) ? std::move(there) : nullptr;
   }
-  /// Whether a law at a plane leaves less along the measured path than a share of what one at the bearings leaves. What a law that goes by
+  /// Whether a law elsewhere leaves less along the measured path than a share of what one at the bearings leaves. What a law that goes by
   /// the shaft's angle leaves at standstill does not count: there the angle is fitted, and the path does not tell it.
-  bool leavesLess(const LawSearch::Left& plane, double share) const {
-    const double not_told = plane.reads_angle ? at_bearings.search.aboveAtStandstill(at_bearings.stood, local) : 0.0;
-    return plane.above - not_told < share * (at_bearings.begun->along.left.above - not_told);
+  bool leavesLess(const LawSearch::Left& there, double share) const {
+    const double not_told = there.reads_angle ? at_bearings.search.aboveAtStandstill(at_bearings.stood, local) : 0.0;
+    return there.above - not_told < share * (at_bearings.begun->along.left.above - not_told);
   }
   /// Residuals of runs whose unknowns stay as they are: a law may lead such a run into another motion.
   static std::vector<ResidualRows> untouched(const std::vector<Recording>& recordings, const Model& model, const std::vector<int>& which,
@@ -255,27 +262,27 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   const bool plain = effort != LawEffort::whole;
   Parts::Sought* sought = &parts_->at_bearings;
   Hypothesis law = begunAt(*sought).without;
-  // what the measured path tells of the bearings; of a plane, unless that is one term, alike at both; then what else the bearings have
+  // what the measured path tells of the bearings; of another place, unless that is one term, alike at both; then what else the bearings have
   if (!own_phases && (effort != LawEffort::foreseen || begunAt(*sought).along.foreseesPlain()))
     law = sought->search.plainAlongPath(begunAt(*sought));
   if (!own_phases && !isOneAlikeAtBoth(sought->search, law)) {
-    Parts::Sought* const plane = parts_->plane(law);
-    // a plane counts as a term; of equals it is the plainer one
+    Parts::Sought* const other = parts_->otherPlace(law);
+    // another place counts as a term; of equals it is the plainer one
     const LawSearch::Stakes stakes(before, count);
-    const auto costOf = [&](const Hypothesis& one, bool at_plane) {
+    const auto costOf = [&](const Hypothesis& one, bool elsewhere) {
       return one.terms.empty() ? std::numeric_limits<double>::infinity()
-                               : one.chi2 + stakes.least * static_cast<double>(one.terms.size()) + (at_plane ? stakes.least - stakes.tie : 0.0);
+                               : one.chi2 + stakes.least * static_cast<double>(one.terms.size()) + (elsewhere ? stakes.least - stakes.tie : 0.0);
     };
-    const auto prefer = [&](Parts::Sought& there, Hypothesis other) {
-      if (!(costOf(other, &there == plane) < costOf(law, sought == plane))) return;
-      law = std::move(other);
+    const auto prefer = [&](Parts::Sought& there, Hypothesis one) {
+      if (!(costOf(one, &there == other) < costOf(law, sought == other))) return;
+      law = std::move(one);
       sought = &there;
     };
     const auto bestAt = [&](Parts::Sought& there) { return plain ? there.search.plain(begunAt(there)) : there.search.best(begunAt(there)); };
-    if (plane != nullptr && effort != LawEffort::foreseen)
-      prefer(*plane, bestAt(*plane));
-    else if (plane != nullptr && begunAt(*plane).along.foreseesPlain())
-      prefer(*plane, plane->search.plainAlongPath(begunAt(*plane)));
+    if (other != nullptr && effort != LawEffort::foreseen)
+      prefer(*other, bestAt(*other));
+    else if (other != nullptr && begunAt(*other).along.foreseesPlain())
+      prefer(*other, other->search.plainAlongPath(begunAt(*other)));
     if (effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2)))
       prefer(parts_->at_bearings, bestAt(parts_->at_bearings));
   }
@@ -284,7 +291,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   const bool none = law.terms.empty() || (plain && std::any_of(law.terms.begin(), law.terms.end(), inCatalogue));
   if (plain && none && line_share < plain_line_share) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
-  const std::vector<int>& terms = law.terms;
+  const std::vector<int> terms = law.terms;
   if (none || (before - reached < 0.5 * line_share * excess && line_share > least_line_share)) {
     if (line_share > least_line_share) {
       std::ostringstream shape;
@@ -304,7 +311,8 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
   if (std::any_of(terms.begin(), terms.end(),
                   [&](int k) { return k - first >= effects::LawTerms::hum_x_cosine && k - first <= effects::LawTerms::hum_y_sine; }))
     out.frequency_hz = line.frequency_hz;
-  describe(search, law, std::max(1.0, reached / std::max(1.0, count)), out);
+  law = search.toItsEnd(law);
+  describe(search, law, out);
   if (!search.heldOut().empty()) {
     double held = 0.0;
     std::vector<LocalState> fresh = parts_->local;

@@ -25,9 +25,11 @@ THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10}
          {"term": "twice_sine_N", "coefficient": 0.8, "std": 0.02}]
 
 
-def write_diagnosis(folder: pathlib.Path, terms: list[dict], plane_z_m: float | None = None) -> pathlib.Path:
+def write_diagnosis(folder: pathlib.Path, terms: list[dict], plane_z_m: float | None = None,
+                    place: str = "magnetic_bearings") -> pathlib.Path:
     folder.mkdir()
     unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93, "frequency_hz": FREQUENCY_HZ,
+                   "place": place if plane_z_m is None else "rotor",
                    "plane_z_m": None if plane_z_m is None else {"value": plane_z_m, "std": 2e-4}}
     (folder / "diagnosis.json").write_text(json.dumps(
         {"format": "amb-diagnosis/1", "verdict": "unknown", "unexplained": unexplained, "dataset": {"name": "rig-07"}}))
@@ -90,6 +92,15 @@ def test_a_law_at_one_plane_becomes_an_effect_there(tmp_path):
     assert cli.main(["check", str(tmp_path / "seal_grease.yaml")]) == 0
 
 
+def test_a_law_of_the_tilt_becomes_an_effect_of_it(tmp_path):
+    folder = write_diagnosis(tmp_path / "diagnosis", THREE, place="tilt")
+    assert cli.main(["new-effect", "coupling", "--from", str(folder), "--out", str(tmp_path)]) == 0
+    effect = yaml.safe_load((tmp_path / "coupling.yaml").read_text())
+    assert effect["place"] == "tilt" and "couple" in effect["summary"]
+    assert [p["name"] for p in effect["parameters"]] == [row["term"] for row in THREE]
+    assert cli.main(["check", str(tmp_path / "coupling.yaml")]) == 0
+
+
 @pytest.mark.parametrize("name, complaint", [
     ("sensor_runout", "has an effect of this name"), ("Bad-Name", "lower case"), ("../x", "lower case")])
 def test_bad_names_are_refused(name, complaint, tmp_path, capsys):
@@ -148,21 +159,30 @@ def test_the_cpp_is_the_same_force(tmp_path):
     subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
 
 
+def tilted(place):
+    """With minus half of the displacement and velocity."""
+    return (*(tuple(-0.5 * x for x in vector) for vector in place[:2]), *place[2:])
+
+
 MAIN_AT_A_PLANE = """
 #include <cstdio>
 #include "grease.hpp"
 using namespace amb_rotor;
 struct Rotor : RotorPort<double>, RotorForces<double> {
   double z = 0.0;
-  int addPlane(const double& at) override { z = at; return 7; }
+  int planes = 6;
+  int addPlane(const double& at) override { z = at; return ++planes; }
   void addMode(const double&, const double&, const double&, const double[2], const double[2], const double[2],
                const double&) override {}
   Vec2<double> position(int plane) const override { return plane == 7 ? Vec2<double>{3e-5, -2e-5} : Vec2<double>{}; }
   Vec2<double> velocity(int plane) const override { return plane == 7 ? Vec2<double>{0.02, 0.01} : Vec2<double>{}; }
-  void push(int, const Vec2<double>& f) override { force += f; }
+  void push(int plane, const Vec2<double>& f) override {
+    if (plane == planes) force += f;
+    sum += f;
+  }
   void load(int, const Vec2<double>&) override {}
   void twist(const double&) override {}
-  Vec2<double> force;
+  Vec2<double> force, sum;
 };
 int main() {
   Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
@@ -171,20 +191,27 @@ int main() {
   for (const auto& p : effects::Grease::schema().parameters) values.push_back(p.typical);
   effects::Grease::Physics<double> physics(values);
   Rotor rotor;
-  physics.rotor(Rig<double>(), rotor);
+  Rig<double> rig;
+  rig.planes.amb[1] = 0.12;
+  physics.rotor(rig, rotor);
   physics.rotorForce(shaft, rotor);
-  std::printf("%.17g %.17g %.17g", rotor.force.x, rotor.force.y, rotor.z);
+  std::printf("%.17g %.17g %.17g %.17g %.17g", rotor.force.x, rotor.force.y, rotor.z, rotor.sum.x, rotor.sum.y);
 }
 """
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("terms", [THREE, [{"term": "hum_y_sine_N", "coefficient": 2.0, "std": 0.1}, *THREE[:1]]])
-def test_the_cpp_of_a_law_at_one_plane_is_its_force_there(terms, tmp_path):
-    folder = write_diagnosis(tmp_path / "diagnosis", terms, 0.031)
+@pytest.mark.parametrize("place", ["rotor", "tilt"])
+def test_the_cpp_of_a_law_elsewhere_is_its_force_there(terms, place, tmp_path):
+    folder = write_diagnosis(tmp_path / "diagnosis", terms, 0.031 if place == "rotor" else None, place)
     assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path), "--cpp"]) == 0
     (tmp_path / "main.cpp").write_text(MAIN_AT_A_PLANE)
-    assert compiled_force(tmp_path) == pytest.approx([*hypothesis_force(terms, PLACES[0]), 0.031], rel=1e-12)
+    # the first plane moves and the second, of bearing b, stands still: the tilt is half of it, turned round
+    where, z_m = (PLACES[0], 0.031) if place == "rotor" else (tilted(PLACES[0]), 0.12)
+    exact = hypothesis_force(terms, where)
+    total = exact if place == "rotor" else (0.0, 0.0)
+    assert compiled_force(tmp_path) == pytest.approx([*exact, z_m, *total], rel=1e-12)
     test = (tmp_path / "effect_grease.cpp").read_text().replace("amb_rotor/effects/grease.hpp", "grease.hpp")
     (tmp_path / "effect_grease.cpp").write_text(test)
     subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)

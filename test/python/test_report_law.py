@@ -40,6 +40,15 @@ def test_at_a_plane_the_range_is_that_of_the_rotor_there():
     assert one["curves"][0]["x"][-1] == pytest.approx(-1e13 * (2 * SIZE) ** 3, rel=2e-3)
 
 
+def test_of_the_tilt_the_range_is_half_of_b_less_a():
+    run = run_of()
+    run["measured"][:, 2:4] = 3 * run["measured"][:, 0:2]  # the sensors 0.2 m apart see twice the size between them, the magnets half of that
+    told = unexplained(["position"], position_cube_N_per_m3=-1e13) | {"place": "tilt", "plane_z_m": None}
+    one, = law.law_curves(told, [run], (-0.09, 0.11), (-0.05, 0.05))
+    assert one["at"][-1] == pytest.approx(0.5e6 * SIZE, rel=DIGITS)
+    assert one["curves"][0]["x"][-1] == pytest.approx(-1e13 * (0.5 * SIZE) ** 3, rel=2e-3)
+
+
 def test_a_cubic_spring_goes_with_the_cube_as_far_as_the_rotor_went():
     one, = law.law_curves(unexplained(["position"], position_cube_N_per_m3=-1e13), [run_of()])
     assert one["at"][-1] == pytest.approx(1e6 * SIZE, rel=DIGITS) and one["at"][0] == -one["at"][-1]

@@ -8,10 +8,10 @@
 
 namespace amb_rotor {
 
-/// A force with one number c, which is 0 where there is none: at the magnetic bearings, or at a plane of the rotor.
+/// A force with one number c, which is 0 where there is none: at the magnetic bearings, at a plane of the rotor, or of its tilt.
 inline const EffectSchema& ownForce(const std::string& id, double typical, const std::string& x, const std::string& y,
-                                    std::optional<double> plane_z_m = {}) {
-  const std::string place = plane_z_m ? "rotor" : "magnetic_bearings";
+                                    std::optional<double> plane_z_m = {}, bool of_tilt = false) {
+  const std::string place = of_tilt ? "tilt" : plane_z_m ? "rotor" : "magnetic_bearings";
   const std::string plane = plane_z_m ? "  - {name: z_m, unit: m, lower: -2.0, upper: 2.0, typical: " + std::to_string(*plane_z_m) +
                                             ", meaning: \"axial position\"}\n"
                                       : "";

@@ -48,9 +48,13 @@ TEST(ForcesAlongThePath, ASmallForceDoesWhatItDoesInTheModel) {
     without.effects.push_back(law("position_N_per_m", -1e-12));
     const std::vector<double> base = predicted(rec, without), exact = predicted(rec, model);
     int number = 0;
-    for (const EffectSetting& force : {law("position_N_per_m", -3e3), law("velocity_N_s_per_m", -3.0),
-                                       law("position_cube_N_per_m3", -3e12), law("thrice_cosine_N", 1.0),
-                                       lawAtPlane("velocity_N_s_per_m", -4.0, 0.04), lawAtPlane("thrice_cosine_N", 1.5, -0.02)}) {
+    std::vector<EffectSetting> forces = {law("position_N_per_m", -3e3), law("velocity_N_s_per_m", -3.0),
+                                         law("position_cube_N_per_m3", -3e12), law("thrice_cosine_N", 1.0),
+                                         lawAtPlane("velocity_N_s_per_m", -4.0, 0.04), lawAtPlane("thrice_cosine_N", 1.5, -0.02),
+                                         law("thrice_cosine_N", 1.5, "force_law_of_tilt")};
+    // an unbalance next to the centre of mass tilts the rotor by no more than the noise
+    if (std::string(id) == "chirp_1") forces.push_back(law("velocity_N_s_per_m", -4.0, "force_law_of_tilt"));
+    for (const EffectSetting& force : forces) {
       ++number;
       Model with = model;
       with.effects.push_back(force);

@@ -8,6 +8,7 @@
 #include "../support/models.hpp"
 #include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/effects/force_law_at_plane.hpp"
+#include "amb_rotor/effects/force_law_of_tilt.hpp"
 #include "amb_rotor/model/effect_file.hpp"
 
 namespace amb_rotor {
@@ -101,6 +102,33 @@ TEST(LawEffectTest, AtOnePlaneItIsTheLawOfTermsThere) {
     EXPECT_GT(difference(hand, on(hand), lively()), 0.01) << "the stator moves";
     EXPECT_LT(difference(on(hand), on(law), lively()), law_roundings);
   }
+}
+
+TEST(LawEffectTest, OfTheTiltItIsTheLawOfTermsAgainstIt) {
+  known("test_tilt_law", "tilt", {"c", "q", "f"}, "c * (x^2 + y^2) * x - q * speed * vx + f * cos(3 * angle)",
+        "c * (x^2 + y^2) * y - q * speed * vy + f * sin(3 * angle)");
+  const Model base = withUnbalance(levitated(), 4e-5, 0.3, 0.02);
+  using effects::LawTerms;
+  std::vector<double> terms(LawTerms::plane_term_count + 1, 0.0);
+  terms[LawTerms::position_cube] = -2e13;
+  terms[LawTerms::velocity_speed] = -0.05;
+  terms[LawTerms::thrice_cosine] = 2.0;
+  const Model hand = with(base, "force_law_of_tilt", terms), law = with(base, "test_tilt_law", {-2e13, 0.05, 2.0});
+  EXPECT_GT(difference(base, hand, lively()), 0.01) << "it changes the motion";
+  EXPECT_LT(difference(hand, law, lively()), law_roundings);
+}
+
+/// -k (p_b - p_a)/2 at b and its opposite at a is -k p at each bearing and k (p_a + p_b)/2 at both: 2 k p amid them.
+TEST(LawEffectTest, AStiffnessAgainstTheTiltIsOneAtTheBearingsWithoutThatAtTheMiddle) {
+  known("test_tilt_spring", "tilt", {"k"}, "-k * x", "-k * y");
+  known("test_bearing_spring", "magnetic_bearings", {"k"}, "-k * x", "-k * y");
+  known("test_middle_spring", "rotor", {"k", "z_m"}, "-k * x", "-k * y");
+  const Model base = withUnbalance(levitated(), 4e-5, 0.3, 0.02);
+  const double stiffness = 6e3, middle_m = 0.5 * (base.rig.planes.amb[0] + base.rig.planes.amb[1]);
+  const Model tilt = with(base, "test_tilt_spring", {stiffness});
+  const Model parts = with(with(base, "test_bearing_spring", {stiffness}), "test_middle_spring", {-2.0 * stiffness, middle_m});
+  EXPECT_GT(difference(base, tilt, lively()), 0.01);
+  EXPECT_LT(difference(tilt, parts, lively()), law_roundings);
 }
 
 TEST(LawEffectTest, AtTheSensorsItIsARunout) {

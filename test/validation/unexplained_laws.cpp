@@ -29,6 +29,7 @@ struct Law {
   const char *x, *y;
   std::vector<std::string> depends_on;
   std::optional<double> plane_z_m = {};
+  bool of_tilt = false;
 };
 
 /// Stiff enough to bend the response: linearised about no force it looks like damping, and |p| p comes before |p|^2 p.
@@ -52,7 +53,7 @@ struct Hidden {
     EXPECT_GT(result.squares / result.count, 2.0) << "there is something to explain";
   }
   static const MadeSet& made(const Law& law, double strength) {
-    EXPECT_EQ(ownForce(law.id, law.typical, law.x, law.y, law.plane_z_m).law->dependsOn(), law.depends_on);
+    EXPECT_EQ(ownForce(law.id, law.typical, law.x, law.y, law.plane_z_m, law.of_tilt).law->dependsOn(), law.depends_on);
     return madeSet(67, law.id, strength, false, runs_that_tell_laws_apart);
   }
 };
@@ -83,7 +84,24 @@ TEST_P(UnexplainedLawTest, ItsQuantitiesAreNamed) {
   EXPECT_EQ(found.depends_on, wanted) << found.shape;
   EXPECT_LE(found.terms.size(), 3u);
   EXPECT_GT(found.held_out_gain, named_law_gain) << found.shape;
-  EXPECT_FALSE(found.plane_z_m) << found.shape;
+  EXPECT_EQ(found.place, EffectLaw::Place::magnetic_bearings) << found.shape;
+}
+
+/// What resists the tilt: both are among the terms of a law of the tilt, so that nothing is left.
+TEST(UnexplainedLaw, ACoupleAgainstTheTiltIsFound) {
+  const Law spring = {"test_tilt_cube", 1e14, "-c * (x^2 + y^2) * x", "-c * (x^2 + y^2) * y", {"position"}, {}, true};
+  const Law drag = {"test_tilt_drag", 1e3, "-c * hypot(vx, vy) * vx", "-c * hypot(vx, vy) * vy", {"velocity"}, {}, true};
+  for (const Law& law : {spring, drag}) {
+    const Hidden hidden(law, plain_strength);
+    const Unexplained found =
+        UnexplainedSearch(hidden.recordings, hidden.space, hidden.result.x, hidden.local, hidden.set.offset_std_m).law(LawEffort::plain);
+    EXPECT_EQ(found.place, EffectLaw::Place::tilt) << found.shape;
+    EXPECT_FALSE(found.plane_z_m);
+    ASSERT_EQ(found.terms.size(), 1u) << law.id << ": " << found.shape;
+    EXPECT_EQ(found.depends_on, law.depends_on) << found.shape;
+    EXPECT_GT(found.held_out_gain, whole_law_gain) << found.shape;
+    EXPECT_NEAR(found.terms[0].coefficient, -hidden.set.made.truth.effects.back().values[0], 3.0 * found.terms[0].std) << found.shape;
+  }
 }
 
 /// A drag and a spring beside the middle. The plane is found to 1 mm: it is told by what tilts the rotor, some hundredths of the

@@ -13,6 +13,7 @@
 #include "amb_rotor/effects/eddy_current_lag.hpp"
 #include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/effects/force_law_at_plane.hpp"
+#include "amb_rotor/effects/force_law_of_tilt.hpp"
 #include "amb_rotor/effects/foundation_resonance.hpp"
 #include "amb_rotor/effects/fractional_mount.hpp"
 #include "amb_rotor/effects/gyroscopic_coupling.hpp"
@@ -50,7 +51,7 @@ using All = EffectList<SensorAxisRotation, SensorRunout, SensorGainError, Couple
                        CurrentSaturation, AmplifierLag, ControlDelay, EddyCurrentLag, AuxiliaryBearingMisalignment,
                        AuxiliaryBearingTilt, HertzianContact, CompliantMount, FractionalMount,
                        VelocityDependentFriction, InnerRingSpin, SpinDrag, ShaftCrack, ShaftFlexibility, ForceLaw,
-                       ForceLawAtPlane>;
+                       ForceLawAtPlane, ForceLawOfTilt>;
 
 /// Place of an effect in the order in which they act; -1: unknown.
 template <class F>

@@ -4,6 +4,7 @@
 // one at the rotor and a sensor's signal always.
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/effects/effect.hpp"
+#include "amb_rotor/effects/tilt_planes.hpp"
 #include "amb_rotor/model/effect_file.hpp"
 
 namespace amb_rotor::effects {
@@ -16,17 +17,26 @@ class LawPhysics final : public EffectPhysics<S> {
   unsigned roles() const override {
     switch (law_->place) {
       case EffectLaw::Place::magnetic_bearings: return acts_on_bearing_force;
-      case EffectLaw::Place::rotor: return acts_on_rotor | acts_on_rotor_force;
+      case EffectLaw::Place::rotor:
+      case EffectLaw::Place::tilt: return acts_on_rotor | acts_on_rotor_force;
       case EffectLaw::Place::sensors: return acts_on_sensor;
     }
     return 0;
   }
-  void rotor(const Rig<S>&, RotorPort<S>& port) override { plane_ = port.addPlane(values_[law_->z_parameter]); }
+  void rotor(const Rig<S>& rig, RotorPort<S>& port) override {
+    if (law_->place == EffectLaw::Place::tilt)
+      tilt_ = TiltPlanes<S>(rig, port);
+    else
+      plane_ = port.addPlane(values_[law_->z_parameter]);
+  }
   void bearingForce(const BearingSite<S>& site, Vec2<S>& force) const override {
     force += at(*site.shaft, site.position, site.velocity, site.current, site.end);
   }
   void rotorForce(const Shaft<S>& shaft, RotorForces<S>& rotor) const override {
-    rotor.push(plane_, at(shaft, rotor.position(plane_), rotor.velocity(plane_), {}, 0));
+    if (law_->place == EffectLaw::Place::tilt)
+      tilt_.push(rotor, at(shaft, tilt_.position(rotor), tilt_.velocity(rotor), {}, 0));
+    else
+      rotor.push(plane_, at(shaft, rotor.position(plane_), rotor.velocity(plane_), {}, 0));
   }
   void sense(const Shaft<S>& shaft, Vec2<S> signal[2]) const override {
     for (int end = 0; end < 2; ++end) signal[end] += at(shaft, signal[end], {}, {}, end);
@@ -54,6 +64,7 @@ class LawPhysics final : public EffectPhysics<S> {
   std::shared_ptr<const EffectLaw> law_;
   std::vector<S> values_;
   int plane_ = 0;
+  TiltPlanes<S> tilt_;
 };
 
 }  // namespace amb_rotor::effects

@@ -6,10 +6,12 @@
 //   magnetic_bearings   force_x_N, force_y_N at each      x y [m] relative to the stator, vx vy [m/s], ix iy [A] that make
 //                       bearing, while it is on           the force, angle [rad], speed [rad/s], time [s], end (0 a, 1 b)
 //   rotor               the same at parameter z_m         x y vx vy angle speed time
+//   tilt                the same at magnetic bearing b,   x y [m] half of b's displacement less a's, vx vy its rate,
+//                       with the other sign at a          angle speed time
 //   sensors             signal_x_m, signal_y_m, added     x y [m] the signal so far, angle speed time end
 //
 // angle is the shaft's from the tacho mark, speed with its sign; time is that of the run. Left out: states of the
-// effect's own, contact forces, reactions of a moving stator beyond those of the magnetic bearings.
+// effect's own, contact forces. A moving stator takes the reaction of what acts on the rotor.
 #include <memory>
 #include <string>
 #include <utility>
@@ -23,7 +25,7 @@ namespace amb_rotor {
 
 /// The law of an effect file. Variables of its formulas: parameters, quantities, where-values, in this order.
 struct EffectLaw {
-  enum class Place { magnetic_bearings, rotor, sensors };
+  enum class Place { magnetic_bearings, rotor, sensors, tilt };
   enum Quantity : int { x, y, vx, vy, ix, iy, angle, speed, time, end, quantity_count };
   static constexpr int most_parameters = 24, most_where = 16;
   static constexpr int most_variables = most_parameters + quantity_count + most_where;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "amb_rotor/model/effect_file.hpp"
 #include "amb_rotor/model/scenario.hpp"
 #include "amb_rotor/validation/compare.hpp"
 
@@ -61,7 +62,8 @@ struct Unexplained {
   std::string shape;
   std::vector<HypothesisTerm> terms;    ///< at most three; a hypothesis
   double frequency_hz = 0.0;            ///< of terms that repeat in time; 0: none
-  std::optional<double> plane_z_m = {}; ///< of the one plane of the rotor at which it acts; none: at each magnetic bearing
+  EffectLaw::Place place = EffectLaw::Place::magnetic_bearings;
+  std::optional<double> plane_z_m = {}; ///< of the one plane of the rotor at which it acts, where that is its place
   double plane_std_m = 0.0;
   double held_out_gain = 0.0;           ///< share of the unexplained error that the terms take away on held-out runs
 };

@@ -188,7 +188,7 @@ def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dic
                      f"{len(dataset.runs)} runs; model {model.name}, {model.hash}",
                      [data.stage(*stage) for stage in stages], diagnosis, revisions_of(diagnosis),
                      law=law.law_curves(diagnosis["unexplained"], stages[0][1]["runs"],
-                                        tuple(model.fields[f"rig.planes.sensor.{end}"] for end in "ab")))
+                                        *(tuple(model.fields[f"rig.planes.{kind}.{end}"] for end in "ab") for kind in ("sensor", "amb"))))
 
     out.parent.mkdir(parents=True, exist_ok=True)
     write_folder(out, fill)

@@ -49,8 +49,8 @@ def run(args) -> int:
     check_name(args.name)
     folder, diagnosis = read_diagnosis(args.diagnosis)
     unexplained = diagnosis["unexplained"]
-    terms, plane = unexplained["terms"], unexplained.get("plane_z_m")
-    place = (unexplained.get("frequency_hz"), plane["value"] if plane else None)
+    terms, acts = unexplained["terms"], new_effect.Place.of(unexplained)
+    place = (unexplained.get("frequency_hz"), acts)
     if not terms:
         raise InputError(f"{folder}: the verdict is {diagnosis['verdict']}, and no law is proposed; there is nothing to "
                          "make an effect of")
@@ -60,8 +60,7 @@ def run(args) -> int:
     out = pathlib.Path(args.out)
     common.require_folder(out)
     out.mkdir(parents=True, exist_ok=True)
-    summary = (f"force at {'one plane of the rotor' if plane else 'the bearings'} from {', '.join(unexplained['depends_on'])}, "
-               "proposed by a diagnosis")
+    summary = f"{new_effect.said(acts)} from {', '.join(unexplained['depends_on'])}, proposed by a diagnosis"
     path = out / f"{args.name}.yaml"
     write_new(path, new_effect.yaml_file(args.name, terms, summary, remarks_of(folder, diagnosis), *place))
     _core.read_effect(str(path))  # what is written can be read

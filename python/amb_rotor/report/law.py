@@ -4,7 +4,8 @@ The law is `force_law` of the catalogue with the terms that were found. A vector
 points along x; what is not on the axis of a picture is 0 in the first curve and at the end of its range, along x, in the
 second, which shows products. Ranges are those of the runs without contact (99.5 % of the samples): beyond them a law that
 was fitted says nothing. At end a, displacement and velocity as far as its sensors saw them go; terms that tilt the rotor have
-the other sign at end b. A law at one plane (`force_law_at_plane`) has the same terms; there, the rotor is taken as straight.
+the other sign at end b. Laws at one plane (`force_law_at_plane`) and of the tilt (`force_law_of_tilt`: over half of bearing b's
+displacement less a's, the force at b) have the same terms; there, the rotor is taken as straight.
 """
 from __future__ import annotations
 
@@ -24,9 +25,22 @@ _AXES = {"position": ("position", True, "displacement along x [µm]", 1e6, -1.0)
          "time": ("time_s", False, "time in the run [s]", 1.0, 0.0)}
 
 
-def reaches(runs: list[dict], share_of_b: float = 0.0) -> dict:
-    """How far each quantity went, in SI, in runs without contact where there are any. share_of_b: of the way from the sensors
-    a to b, where the law's place is."""
+def weights_of(unexplained: dict, sensor_z_m: tuple[float, float] | None, amb_z_m: tuple[float, float] | None) -> tuple[float, float]:
+    """Of the displacements at the sensors a and b: their sum is that which a law goes by. Without planes: that at sensor a."""
+    if not sensor_z_m or sensor_z_m[0] == sensor_z_m[1]:
+        return 1.0, 0.0
+    apart = sensor_z_m[1] - sensor_z_m[0]
+    if unexplained.get("place") == "tilt" and amb_z_m:
+        half = 0.5 * (amb_z_m[1] - amb_z_m[0]) / apart
+        return -half, half
+    if not unexplained.get("plane_z_m"):
+        return 1.0, 0.0
+    share = (unexplained["plane_z_m"]["value"] - sensor_z_m[0]) / apart
+    return 1.0 - share, share
+
+
+def reaches(runs: list[dict], weights: tuple[float, float] = (1.0, 0.0)) -> dict:
+    """How far each quantity went, in SI, in runs without contact where there are any. weights: weights_of()."""
     quiet = [run for run in runs if not force.holds_contact(run)] or runs
     found = {name: 0.0 for name in _AXES} | {"shaft angle": 2.0 * numpy.pi}
 
@@ -38,7 +52,9 @@ def reaches(runs: list[dict], share_of_b: float = 0.0) -> dict:
     for run in quiet:
         rate, measured = run["sample_rate_hz"], run["measured"]
         half = max(2, round(0.5 * force.WINDOW_S * rate))
-        place = (1.0 - share_of_b) * measured[:, 0:2] + share_of_b * measured[:, 2:4] if share_of_b else measured[:, 0:2]
+        place = weights[0] * measured[:, 0:2]
+        if weights[1]:
+            place = place + weights[1] * measured[:, 2:4]
         take("position", place)
         if len(measured) > 2 * half:
             for axis in (0, 1):
@@ -49,10 +65,11 @@ def reaches(runs: list[dict], share_of_b: float = 0.0) -> dict:
     return found
 
 
-def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, float] | None = None) -> list[dict]:
+def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, float] | None = None,
+               amb_z_m: tuple[float, float] | None = None) -> list[dict]:
     """For each quantity of the law {quantity, axis, at, curves: [{name, x, y}]}: where it is evaluated, in the unit of its axis,
-    and F_x and F_y [N] there. Empty where there is no law by terms (a line of fixed frequency has none). sensor_z_m: of a and b,
-    for a law at one plane."""
+    and F_x and F_y [N] there. Empty where there is no law by terms (a line of fixed frequency has none). sensor_z_m, amb_z_m: of a
+    and b, for a law at one plane and of the tilt."""
     from amb_rotor import _core
     terms = {term["term"]: term["coefficient"] for term in unexplained["terms"]}
     shown = [name for name in _AXES if name in unexplained["depends_on"]]
@@ -63,10 +80,7 @@ def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, flo
     values = [terms.get(name, 0.0) for name in names]
     if unexplained.get("frequency_hz"):
         values[names.index("time_frequency_hz")] = unexplained["frequency_hz"]
-    plane, share = unexplained.get("plane_z_m"), 0.0
-    if plane and sensor_z_m and sensor_z_m[0] != sensor_z_m[1]:
-        share = (plane["value"] - sensor_z_m[0]) / (sensor_z_m[1] - sensor_z_m[0])
-    reach = reaches(runs, share)
+    reach = reaches(runs, weights_of(unexplained, sensor_z_m, amb_z_m))
 
     def at(place: dict) -> tuple[float, float]:
         arguments = {}

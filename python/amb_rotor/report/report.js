@@ -371,7 +371,8 @@
     D.law.forEach((one, i) => {
       if (i % 2 === 0) row = add(parent, "div", null, "two row");
       const c = card(row, "The law over the " + one.quantity, "Force at " + (diagnosis.unexplained.plane_z_m ?
-        "that plane" : "bearing a") + ", as far as the runs without contact went" +
+        "that plane" : diagnosis.unexplained.place === "tilt" ? "bearing b, and its opposite at a, over half of b less a" : "bearing a") +
+        ", as far as the runs without contact went" +
         (one.curves.length > 1 ? "; dashed: the other quantities at the end of their range, solid: at 0." : "."));
       plot(c, 300, () => ({
         traces: one.curves.flatMap((curve, k) => [["x", "blue"], ["y", "orange"]].map(([axis, tone]) => ({x: one.at, y: curve[axis],
