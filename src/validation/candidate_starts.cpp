@@ -34,7 +34,7 @@ Candidates::Starts Candidates::startsOf(const std::string& effect, const Setting
     out.settings.push_back(adopted);
     out.settings.back().push_back({effect, values});
   }
-  // from the refitted nuisance, and from the belief where a wrong model has pulled it far away
+  // from the refitted nuisance, and from the belief where a wrong model has pulled it far away, or just what stands in for the effect
   out.nuisances = {reference.nuisance()};
   Eigen::VectorXd back = out.nuisances[0];
   const bool far = returnToBelief(*reference.space, back);
@@ -42,7 +42,8 @@ Candidates::Starts Candidates::startsOf(const std::string& effect, const Setting
   if (!mimic.empty()) {
     for (long k = 0; k < back.size(); ++k)
       if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
-    out.nuisances[0] = back;
+    if (needsContact(effect)) out.nuisances.clear();
+    out.nuisances.push_back(back);
   } else if (far) {
     out.nuisances.push_back(reference.space->start().head(reference.space->nuisances()));
   }
@@ -56,6 +57,8 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
   std::vector<std::size_t> order(starts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::size_t followed = starts.size();
+  const bool mimicked = !effectCatalogue().find(starts[0].back().id)->mimic.empty();
+  Settings at_belief = starts[0];
   const auto known = references.promises.find(starts[0].back().id);
   const bool promised = known != references.promises.end();
   const auto mayComeNear = [&](double foreseen) { return foreseen_short * foreseen > in_reach * leaders.free_drop; };
@@ -74,16 +77,24 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
       followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
     }
-    const double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
+    double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
+    if (mimicked) {  // where what stands in for the effect is as believed, another size of it does best
+      const auto others = gainsOf(belief_, starts, nuisances[1], references);
+      const auto best = std::max_element(others.begin(), others.end(), [](const StartGain& a, const StartGain& b) { return a.gain < b.gain; });
+      foreseen = std::max(foreseen, best->gain);
+      at_belief = starts[best - others.begin()];
+      scaleStart(at_belief.back(), best->share);
+    }
     serious = !(foreseen > 0.0) || mayComeNear(foreseen);
     if (!serious && leaders.only_serious) return {};
     if (!serious) followed = 1;
     for (std::size_t i = 0; i < starts.size(); ++i)
       if (gains[i].gain > 0.0 || !isNested(starts[i].back().id)) scaleStart(starts[i].back(), gains[i].share);
   }
+  starts.push_back(std::move(at_belief));
   std::vector<Start> out;
   for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
-  for (std::size_t n = 1; n < nuisances.size(); ++n) out.emplace_back(&starts[order[0]], &nuisances[n]);
+  for (std::size_t n = 1; n < nuisances.size(); ++n) out.emplace_back(mimicked ? &starts.back() : &starts[order[0]], &nuisances[n]);
   return out;
 }
 

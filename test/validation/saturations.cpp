@@ -34,5 +34,20 @@ TEST(Saturations, OfTheCurrentIsFoundWhereALimitTooLowLosesTheRotor) {
   EXPECT_LT(std::fabs(limit.value - set.made.truth.effects.at(0).values[0]), 3.0 * limit.std);
 }
 
+/// Ki is 6 % below its belief: where it is as believed, a knee at the bias flux stands in for what is missing, and no fit comes back from
+/// there.
+TEST(Saturations, AKneeIsFoundWhereKiIsNotAsBelieved) {
+  const MadeSet& set = madeSet(1100046, "magnetic_saturation", 0.0, false);
+  const double believed = set.dataset.belief.rig.amb.current_stiffness_N_per_A;
+  ASSERT_LT(set.made.truth.rig.amb.current_stiffness_N_per_A, 0.95 * believed);
+  DiagnosisOptions options;
+  options.candidates = {"magnetic_saturation", "motor_magnetic_pull"};
+  const Diagnosis diagnosis = diagnose(set.dataset.belief, set.dataset, options);
+  ASSERT_EQ(diagnosis.steps.size(), 1u);
+  EXPECT_EQ(diagnosis.steps[0].added, "magnetic_saturation");
+  const FittedParameter& knee = diagnosis.steps[0].parameters[0];
+  EXPECT_NEAR(knee.value, set.made.truth.effects[0].values[0], 3.0 * knee.std);
+}
+
 }  // namespace
 }  // namespace amb_rotor
