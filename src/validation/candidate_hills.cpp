@@ -26,8 +26,8 @@ constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015;
 /// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
 constexpr double ringing = 0.008, worth_climbing = 20.0;
 constexpr std::size_t most_hills = 2, models_at_once = 8;
-/// Times the speed over which a friction falls, and ratio from which on two slips are apart.
-constexpr double other_fall = 3.5, apart = 1.2;
+/// Times the speed over which a friction falls, the lesser where no law agrees so far off, and ratio from which on two slips are apart.
+constexpr double other_falls[] = {3.5, 1.8}, apart = 1.2;
 
 /// The mode at so many times its frequency.
 EffectSetting movedTo(EffectSetting mode, double ratio, double damping_ratio) {
@@ -60,7 +60,7 @@ std::vector<EffectSetting> actingAlike(const EffectSetting& effect, const Model&
   const auto [slowest, fastest] = std::minmax_element(slips.begin(), slips.end());
   if (slips.empty() || *fastest < apart * *slowest) return {};
   std::vector<EffectSetting> out;
-  for (const double times : {other_fall, 1.0 / other_fall}) {
+  const auto addAt = [&](double times) {
     EffectSetting other = effect;
     other.values[fall] *= times;
     Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();  // least squares for mu_d and mu_s - mu_d
@@ -74,8 +74,13 @@ std::vector<EffectSetting> actingAlike(const EffectSetting& effect, const Model&
     other.values[moving] = law[0];
     other.values[rest] = law.sum();
     const auto inside = [&](int i) { return other.values[i] > schema.parameters[i].lower && other.values[i] < schema.parameters[i].upper; };
-    if (law.allFinite() && inside(rest) && inside(moving) && inside(fall)) out.push_back(std::move(other));
-  }
+    const bool possible = law.allFinite() && inside(rest) && inside(moving) && inside(fall);
+    if (possible) out.push_back(std::move(other));
+    return possible;
+  };
+  for (const bool faster : {true, false})
+    for (const double times : other_falls)
+      if (addAt(faster ? times : 1.0 / times)) break;
   return out;
 }
 

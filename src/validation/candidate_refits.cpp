@@ -12,6 +12,8 @@ namespace {
 /// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
 constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
+/// Steps to places where an effect acts alike at the slips of the runs.
+constexpr int alike_rounds = 3;
 /// Drop of chi2 for which a fit to everything is worth another round.
 constexpr double worth_anew = 20.0;
 /// Held-out error through contact above which a fit at the noise is none of what is there: starts of windows are fitted.
@@ -123,10 +125,15 @@ Trial Candidates::approach(const Settings& effects, const Trial& start, const Qu
     away.back() = std::move(other);
     tryFrom(away, nuisance);
   }
-  Settings elsewhere = near.effects();
-  for (EffectSetting& other : actingAlike(elsewhere.back(), belief_, recordings_)) {
-    elsewhere.back() = std::move(other);
-    tryFrom(elsewhere, nuisance);
+  // and where it acts alike, as far as that leads down
+  for (int round = 0; round < alike_rounds && !limit_.isUp(); ++round) {
+    const double before = near.fit.chi2;
+    Settings elsewhere = near.effects();
+    for (EffectSetting& other : actingAlike(elsewhere.back(), belief_, recordings_)) {
+      elsewhere.back() = std::move(other);
+      tryFrom(elsewhere, nuisance);
+    }
+    if (!(near.fit.chi2 < before - worth_anew)) break;
   }
   return near;
 }

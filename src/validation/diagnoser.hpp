@@ -1,6 +1,7 @@
 #pragma once
 // One diagnosis: what stands, what has been adopted, what is asked next. diagnosis.cpp has its course, diagnoser_adoption.cpp what is
-// taken into the model and out of it again, diagnoser_laws.cpp when a law stands in its place.
+// taken into the model and out of it again, diagnoser_exchange.cpp when one of it gives way to another effect,
+// diagnoser_laws.cpp when a law stands in its place.
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,6 +45,24 @@ class Diagnoser {
   bool isMoreForeseen();
   bool keepsItsPlace(const Settings& others) const;
   bool withdraw(Diagnosis& out);
+  /// What an attempt that fails puts back.
+  struct Stood {
+    Trial joint;
+    bool joined;
+    CandidateErrors errors;
+    Settings adopted;
+    decltype(Diagnosis::steps) steps;
+    decltype(Diagnosis::withdrawn) withdrawn;
+  };
+  Stood stood(const Diagnosis& out) const { return {joint_, joined_, errors_, adopted_, out.steps, out.withdrawn}; }
+  void putBack(const Stood& before, Diagnosis& out);
+  /// An effect looked at beside all adopted ones but one, and the model without either.
+  struct Instead {
+    Trial trial, without;
+    std::size_t place;  ///< of the one left out
+  };
+  Instead lookInstead();
+  bool exchange(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool cleanWithoutContact() const;
   bool clean() const;

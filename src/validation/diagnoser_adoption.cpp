@@ -229,15 +229,21 @@ void Diagnoser::lookAgain(Diagnosis& out) const {
   }
 }
 
+void Diagnoser::putBack(const Stood& before, Diagnosis& out) {
+  joint_ = before.joint;
+  joined_ = before.joined;
+  referred_ = false;
+  errors_ = before.errors;
+  adopted_ = before.adopted;
+  out.steps = before.steps;
+  out.withdrawn = before.withdrawn;
+}
+
 /// The first that earns its place and keeps it when everything is refitted: what was judged on some windows, or with the
 /// rest where it was, may be worth less than it promised. Null: none does.
 const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out) {
-  const Trial stood = joint_;
-  const bool stood_joined = joined_;
-  const CandidateErrors before = errors_;
-  const Settings had = adopted_;
+  const Stood before = stood(out);
   Candidate beside;
-  const auto steps = out.steps;
   int tried = 0;
   for (const Trial& t : trials) {
     if (tried == most_refits) break;
@@ -247,17 +253,12 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
     beside = valued(t);
     out.steps.push_back({t.effect, {}, {}});
     adopt(t.effects(), t, out);
-    if (bornOut(before, errors_, false)) {
-      if (!had.empty()) takeAnew(out.ranking, beside);
+    if (bornOut(before.errors, errors_, false)) {
+      if (!before.adopted.empty()) takeAnew(out.ranking, beside);
       return &t;
     }
-    joint_ = stood;
-    joined_ = stood_joined;
-    referred_ = false;
-    errors_ = before;
-    adopted_ = had;
-    out.steps = steps;
-    if (steps.empty()) notBorneOut(out.ranking, t.effect);
+    putBack(before, out);
+    if (out.steps.empty()) notBorneOut(out.ranking, t.effect);
   }
   return nullptr;
 }

@@ -163,7 +163,7 @@ Diagnosis Diagnoser::run() {
           c.parameters = out.steps[0].parameters;
           c.errors = errors_;
         }
-    while (withdraw(out)) {
+    while (withdraw(out) || exchange(out)) {
     }
     if (clean() && !strained()) {
       joinLate(out);  // what is to be seen in a run through contact alone is not known before

@@ -100,7 +100,7 @@ void narrowToRig(const std::string& effect, const std::string& parameter, const 
   narrowToRelations(effect, belief, lower, upper, parameter);
   if (effect != "compliant_mount") return;
   const double mass = belief.rig.rotor.mass_kg, stiffness = belief.rig.auxiliary_bearing.stiffness_N_per_m;
-  if (parameter == "stiffness_N_per_m") lower = std::max(lower, 0.01 * stiffness);
+  if (parameter == "stiffness_N_per_m") lower = std::max(lower, 0.001 * stiffness);
   if (parameter == "damping_N_s_per_m") upper = std::min(upper, 3.0 * std::sqrt(0.1 * stiffness * mass));
   if (parameter == "mass_kg") {
     lower = std::max(lower, 1e-3 * mass);

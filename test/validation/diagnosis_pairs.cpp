@@ -109,5 +109,26 @@ TEST_F(NeedlessStepTest, IsTakenBackAtTheTimeLimit) {
   EXPECT_TRUE(found.time_limit_reached);
 }
 
+/// What is there: s + t. A candidate s + t + u takes 4/3 of the 2 alone, either part 1; beside it a part leaves 1/2, as what s + u lacks
+/// of s is that. In two steps: only where the first gives way to the other part.
+TEST(DiagnosisPairsTest, AStandInGivesWayToWhatItStoodInFor) {
+  ownForce("true_first", 5.7, "c * sin(195 * time)", "0");
+  ownForce("true_second", 5.0, "c * sin(295 * time)", "0");
+  ownForce("stand_in", 1.0, "c * (sin(195 * time) + sin(295 * time) + sin(425 * time))", "0");
+  const TwoEffects set("true_first", "true_second", 8.0, runs_with_a_chirp);
+  DiagnosisOptions options;
+  options.candidates = {"true_first", "true_second", "stand_in"};
+  options.most_steps = 2;
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  ASSERT_FALSE(found.ranking.empty());
+  EXPECT_EQ(found.ranking[0].effect, "stand_in") << "it is adopted first";
+  EXPECT_EQ(found.withdrawn, std::vector<std::string>{"stand_in"});
+  EXPECT_EQ(added(found), (std::set<std::string>{"true_first", "true_second"}));
+  ASSERT_EQ(found.steps.size(), 2u);
+  EXPECT_LT(found.steps[1].errors.validation_error, adopted_error);
+  // the first step is stated as it is without what was taken back
+  EXPECT_GT(found.steps[0].errors.validation_error, 0.5 * found.baseline.validation_error);
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -1,0 +1,74 @@
+// An effect that stood in for another is exchanged for it.
+//
+// The first effect of several is the one that does most alone; beside the belief that may be a stand-in, as what the second one
+// leaves has pulled the nuisance away (a moving stator for an amplifier's lag, under a load that was not known of). What came after
+// it is kept, it is left out, and what another effect promises beside the rest is held to what the model leaves with it.
+#include <algorithm>
+
+#include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/ranking.hpp"
+#include "diagnoser.hpp"
+#include "foreseen.hpp"
+
+namespace amb_rotor {
+namespace {
+
+/// Of what the model as it stands leaves without contact, what another effect must leave in the place of an earlier one.
+constexpr double exchanged_leaves = 0.5;
+constexpr int iterations_without = 6;
+
+}  // namespace
+
+/// The effect that promises to leave least beside all adopted ones but one of the earlier, in its place: looked at, not usable where none
+/// leaves far less than the model as it stands.
+Diagnoser::Instead Diagnoser::lookInstead() {
+  Instead best = {notFollowed(), Trial(), 0};
+  const double stands = references_.most();
+  double left = exchanged_leaves * stands;
+  const std::vector<std::string> names = foreseeTheRest();
+  for (std::size_t i = 0; i + 1 < adopted_.size() && !hurried(); ++i) {
+    if (needsContact(adopted_[i].id)) continue;
+    Settings rest = adopted_;
+    rest.erase(rest.begin() + static_cast<long>(i));
+    const Eigen::VectorXd own = joint_.nuisance();
+    Trial without = candidates_.fit(rest, &own, joint_.local, {Through::free, iterations_without});
+    if (!without.fit.finite) continue;
+    References there = candidates_.referencesWithoutContact(without, without);
+    foresee(candidates_, names, rest, there);
+    const auto most = std::max_element(there.promises.begin(), there.promises.end(),
+                                       [](const auto& a, const auto& b) { return a.second.evidence < b.second.evidence; });
+    if (most == there.promises.end() || there.most() - most->second.evidence > stands) continue;
+    progress(0.9, most->first + " in the place of " + adopted_[i].id);
+    Trial one = candidates_.look(most->first, rest, there, {});
+    const double leaves = one.usable() ? 0.5 * (one.fit.squares - one.fit.count) : left;
+    if (leaves >= left) continue;
+    left = leaves;
+    one.evidence = candidates_.evidence(one, without);
+    best = {std::move(one), std::move(without), i};
+  }
+  return best;
+}
+
+/// Exchanges an earlier effect where the model leaves structure without contact. False: none was.
+bool Diagnoser::exchange(Diagnosis& out) {
+  if (adopted_.size() < 2 || hurried() || errors_.validation_error_free < structured_error) return false;
+  Instead other = lookInstead();
+  if (!other.trial.usable()) return false;
+  const Stood before = stood(out);
+  out.withdrawn.push_back(adopted_[other.place].id);
+  out.steps.erase(out.steps.begin() + static_cast<long>(other.place));
+  adopted_ = other.without.effects();
+  out.steps.back().errors = candidates_.judge(other.without, true, Judging::glance);
+  other.trial.errors = candidates_.judge(other.trial, false, Judging::settled);
+  const Candidate beside = valued(other.trial);
+  out.steps.push_back({other.trial.effect, {}, {}});
+  adopt(other.trial.effects(), other.trial, out);
+  if (bornOut(before.errors, errors_, false)) {
+    takeAnew(out.ranking, beside);
+    return true;
+  }
+  putBack(before, out);
+  return false;
+}
+
+}  // namespace amb_rotor
