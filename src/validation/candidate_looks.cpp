@@ -146,6 +146,7 @@ bool Leaders::noneNear(const References& references) const {
 bool Leaders::mayLead(const std::string& effect, const References& references) const {
   const auto promise = references.promises.find(effect);
   if (promise == references.promises.end()) return !free_settled;
+  if (!hasASmallStart(effect)) return true;  // one of two laws of the same iron may promise nothing beside the other
   double asked = free_settled ? rival_promise * free : 0.0;
   if (isToldByPromise(effect)) asked = std::max({asked, far_from_worth * references.worth, serious_promise * free_drop});
   return promise->second.evidence >= asked;

@@ -207,9 +207,10 @@ void foresee(const Candidates& candidates, const std::vector<std::string>& names
   }
 }
 
+bool hasASmallStart(const std::string& effect) { return isNested(effect) && effectCatalogue().find(effect)->mimic.empty(); }
+
 bool isToldByPromise(const std::string& effect) {
-  const EffectSchema& schema = *effectCatalogue().find(effect);
-  return isNested(effect) && schema.mimic.empty() && !schema.held_as_offset;
+  return hasASmallStart(effect) && !effectCatalogue().find(effect)->held_as_offset;
 }
 
 }  // namespace amb_rotor

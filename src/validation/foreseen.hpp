@@ -47,8 +47,11 @@ std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>&
 /// contact only, and those of which no prediction stays finite.
 void foresee(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted, References& references);
 
-/// Whether little promised means little to be had: not of an effect that no start next to nothing stands for, nor of one that a number
-/// of the rig stands in for.
+/// Whether a start next to nothing stands for an effect: not where it puts other numbers in place of the rig's, nor where one of the
+/// rig's stands in for it.
+bool hasASmallStart(const std::string& effect);
+
+/// Whether little promised means little to be had: of such an effect, unless each run's offset stands in for it.
 bool isToldByPromise(const std::string& effect);
 
 }  // namespace amb_rotor
