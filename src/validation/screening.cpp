@@ -152,7 +152,10 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
     if (t.usable()) best = std::max(best, t.evidence);
   const auto others = std::stable_partition(names.begin(), names.end(),
                                             [&](const std::string& name) { return evidence(name) >= rival_share * best; });
-  std::stable_sort(others, names.end(), [&](const auto& a, const auto& b) { return evidence(a) > evidence(b); });
+  const auto more = [&](const std::string& a, const std::string& b) { return evidence(a) > evidence(b); };
+  std::stable_sort(others, names.end(), more);
+  const auto slow = std::find_if(names.begin(), others, [](const std::string& name) { return effectCatalogue().find(name)->slow_to_predict; });
+  std::stable_sort(slow, others, more);
   return names;
 }
 

@@ -30,7 +30,7 @@ void slowLast(std::vector<std::string>& names);
 std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
 /// Those that come within reach of the best, in the order given: two iterations do not tell which of them it is, and what takes long
-/// stays last. Then the others, by their evidence: what takes long and may be it does not wait for those that cannot.
+/// stays last, there by its evidence: the second of two such is hardly waited for. Then the others, by their evidence: what takes long and may be it does not wait for those that cannot.
 std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
 /// @param names             those without contact are looked at first, by what they promise (foreseen.hpp), then the others, in an order
