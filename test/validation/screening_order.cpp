@@ -52,7 +52,7 @@ TEST(ScreeningOrder, WhatTakesLongDoesNotWaitForWhatCannotBeIt) {
 
 /// Beside a bearing that is not linear a ring had a full look of 92 s first, left little, and the mount that was there none.
 TEST(ScreeningOrder, OfTwoThatTakeLongTheLikelierComesFirst) {
-  const std::vector<Trial> seen = {valued("velocity_dependent_friction", 1.7e3), valued("inner_ring_spin", 1.6e4), valued("compliant_mount", 4.5e4)};
+  const std::vector<Trial> seen = {valued("velocity_dependent_friction", 1e2), valued("inner_ring_spin", 1.6e4), valued("compliant_mount", 4.5e4)};
   EXPECT_EQ(contendersFirst({"velocity_dependent_friction", "inner_ring_spin", "compliant_mount"}, seen),
             (std::vector<std::string>{"compliant_mount", "inner_ring_spin", "velocity_dependent_friction"}));
 }
