@@ -154,7 +154,10 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
                                             [&](const std::string& name) { return evidence(name) >= rival_share * best; });
   const auto more = [&](const std::string& a, const std::string& b) { return evidence(a) > evidence(b); };
   std::stable_sort(others, names.end(), more);
-  const auto slow = std::find_if(names.begin(), others, [](const std::string& name) { return effectCatalogue().find(name)->slow_to_predict; });
+  const auto slow = std::stable_partition(names.begin(), others, [](const std::string& name) {
+    const EffectSchema& schema = *effectCatalogue().find(name);
+    return !schema.slow_to_predict && !schema.lasting;  // all windows at every look
+  });
   std::stable_sort(slow, others, more);
   return names;
 }
