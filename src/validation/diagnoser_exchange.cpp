@@ -57,6 +57,7 @@ bool Diagnoser::exchange(Diagnosis& out) {
   const Stood before = stood(out);
   out.withdrawn.push_back(adopted_[other.place].id);
   out.steps.erase(out.steps.begin() + static_cast<long>(other.place));
+  if (other.place > 0) out.steps[other.place - 1].only_with_next = false;
   adopted_ = other.without.effects();
   out.steps.back().errors = candidates_.judge(other.without, true, Judging::glance);
   other.trial.errors = candidates_.judge(other.trial, false, Judging::settled);

@@ -91,7 +91,7 @@ void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) 
       shape << "force at the plane z = " << *out.plane_z_m << " m = ";
       break;
     case LawPlace::Kind::tilt:
-      shape << "couple, a force at bearing b and its opposite at a, of p = (p_b - p_a)/2 = ";
+      shape << "couple F at bearing b and -F at a, with p = (p_b - p_a)/2: F = ";
       break;
     default:
       shape << "force at the bearings = ";
