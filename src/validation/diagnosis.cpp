@@ -177,6 +177,7 @@ Diagnosis Diagnoser::run() {
   const bool stand_by = !out.steps.empty() && (lawLeavesAsLittle() || lawLeavesLess());
   if (stand_by) standBy(out);
   if (!out.withdrawn.empty() && !out.steps.empty() && !hurried()) lookAgain(out);
+  standingFirst(out);
   out.adopted = joint_.space->model(joint_.fit.x);
   const bool by_law = out.steps.empty() && law_ && !law_->terms.empty();  // what it leaves of contact was not looked at
   if (stand_by || by_law || (structured() && !isLeftOpen(out))) {

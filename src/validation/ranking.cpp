@@ -80,6 +80,19 @@ void notBorneOut(std::vector<Candidate>& ranking, const std::string& effect) {
   order(ranking);
 }
 
+void standingFirst(Diagnosis& diagnosis) {
+  std::vector<Candidate>& ranking = diagnosis.ranking;
+  const auto& gone = diagnosis.withdrawn;
+  if (ranking.empty() || std::find(gone.begin(), gone.end(), ranking[0].effect) == gone.end()) return;
+  auto to = ranking.begin();
+  for (const auto& step : diagnosis.steps) {
+    const auto own = std::find_if(to, ranking.end(), [&](const Candidate& c) { return c.effect == step.added; });
+    if (own == ranking.end()) continue;
+    std::rotate(to, own, own + 1);
+    ++to;
+  }
+}
+
 void takeAnew(std::vector<Candidate>& ranking, const Candidate& anew) {
   for (auto& c : ranking)
     if (c.effect == anew.effect) c = anew;

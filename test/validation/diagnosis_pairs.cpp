@@ -84,8 +84,8 @@ class NeedlessStepTest : public ::testing::Test {
   void expectItIsTakenBack() {
     const TwoEffects set("part_first", "part_second", 8.0, runs_with_a_chirp);
     found = diagnose(set.dataset.belief, set.dataset, options);
-    ASSERT_FALSE(found.ranking.empty());
-    EXPECT_EQ(found.ranking[0].effect, "nearly_both") << "it is adopted first";
+    ASSERT_FALSE(found.ranking.empty() || found.steps.empty());
+    EXPECT_EQ(found.ranking[0].effect, found.steps[0].added) << "what stands leads";
     EXPECT_EQ(found.withdrawn, std::vector<std::string>{"nearly_both"});
     EXPECT_EQ(added(found), (std::set<std::string>{"part_first", "part_second"}));
     EXPECT_EQ(found.verdict, "effect");
@@ -120,8 +120,8 @@ TEST(DiagnosisPairsTest, AStandInGivesWayToWhatItStoodInFor) {
   options.candidates = {"true_first", "true_second", "stand_in"};
   options.most_steps = 2;
   const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
-  ASSERT_FALSE(found.ranking.empty());
-  EXPECT_EQ(found.ranking[0].effect, "stand_in") << "it is adopted first";
+  ASSERT_FALSE(found.ranking.empty() || found.steps.empty());
+  EXPECT_EQ(found.ranking[0].effect, found.steps[0].added) << "what stands leads";
   EXPECT_EQ(found.withdrawn, std::vector<std::string>{"stand_in"});
   EXPECT_EQ(added(found), (std::set<std::string>{"true_first", "true_second"}));
   ASSERT_EQ(found.steps.size(), 2u);

@@ -50,7 +50,7 @@ TEST(ScreeningOrder, WhatTakesLongDoesNotWaitForWhatCannotBeIt) {
   EXPECT_EQ(contendersFirst(names, either), (std::vector<std::string>{"hertzian_contact", "compliant_mount", "inner_ring_spin"}));
 }
 
-/// Beside a bearing that is not linear a ring had a full look of 92 s first, left little, and the mount that was there none.
+/// Beside a bearing that is not linear a ring had a full look first, left little, and the mount that was there none.
 TEST(ScreeningOrder, OfTwoThatTakeLongTheLikelierComesFirst) {
   const std::vector<Trial> seen = {valued("velocity_dependent_friction", 1e2), valued("inner_ring_spin", 1.6e4), valued("compliant_mount", 4.5e4)};
   EXPECT_EQ(contendersFirst({"velocity_dependent_friction", "inner_ring_spin", "compliant_mount"}, seen),

@@ -35,6 +35,9 @@ void order(std::vector<Candidate>& ranking);
 /// A candidate that the runs to validate did not bear out after all stands behind those that they do.
 void notBorneOut(std::vector<Candidate>& ranking, const std::string& effect);
 
+/// Where what led the ranking was taken back, what stands leads, in its steps' order: it is what the diagnosis says.
+void standingFirst(Diagnosis& diagnosis);
+
 /// A candidate of the ranking that was valued anew, alone or beside others; order and twins follow.
 void takeAnew(std::vector<Candidate>& ranking, const Candidate& anew);
 
