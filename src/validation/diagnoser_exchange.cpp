@@ -33,6 +33,7 @@ Diagnoser::Instead Diagnoser::lookInstead() {
     const Eigen::VectorXd own = joint_.nuisance();
     Trial without = candidates_.fit(rest, &own, joint_.local, {Through::free, iterations_without});
     if (!without.fit.finite) continue;
+    rest = without.effects();
     References there = candidates_.referencesWithoutContact(without, without);
     foresee(candidates_, names, rest, there);
     const auto most = std::max_element(there.promises.begin(), there.promises.end(),

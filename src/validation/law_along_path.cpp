@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <set>
 
 #include "amb_rotor/effects/law_terms.hpp"
@@ -112,7 +113,7 @@ LawSearch::Left LawSearch::leftByOneSet(double above, const std::vector<int>& li
     out.above -= move * g[free[i]];
     if (free[i] < first_) out.x[free[i]] += move;
   }
-  out.above = std::max(0.0, out.above);
+  out.above = std::isfinite(out.above) ? std::max(0.0, out.above) : std::numeric_limits<double>::infinity();
   out.x = space_.clamped(out.x);
   return out;
 }
@@ -155,7 +156,12 @@ LawSearch::AlongPath LawSearch::alongPath(const Hypothesis& about, const Stakes&
   TermChoice best;
   double above = 0.0;
   for (int round = 0; round < path_rounds; ++round) {
-    above = followPath(screenAt(x, about.local), x, library_, h, g);
+    const StartScreen screen = screenAt(x, about.local);
+    if (!screen.isFinite()) {  // the law's nuisance loses the rotor without the law
+      if (round == 0) return out;
+      break;
+    }
+    above = followPath(screen, x, library_, h, g);
     const std::vector<int> before = best.terms;
     best = bestTerms(h, g, base_, library_, quantities_, stakes.least, stakes.tie, most_terms);
     out.promised = best.drop;

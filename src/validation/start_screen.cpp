@@ -101,7 +101,8 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
     std::vector<bool> finite;
     auto outs = predictions(rec, models, part.angle_rad, part.turning, part.run_in_s, part.offsets, finite);
     part.columns = Eigen::MatrixXf::Zero(rec.samples * predicted_channels, p + 1);
-    for (long i = 0; i < part.columns.rows(); ++i) {
+    part.lost = !finite[0];
+    for (long i = 0; i < part.columns.rows() && !part.lost; ++i) {
       const double noise = rec.noise[i % predicted_channels];
       if (noise <= 0.0) continue;
       for (int k = 0; k < p; ++k)
@@ -110,6 +111,10 @@ StartScreen::StartScreen(const std::vector<Recording>& recordings, const std::ve
     }
     part.predicted = std::move(outs[0]);
   });
+}
+
+bool StartScreen::isFinite() const {
+  return std::none_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.lost; });
 }
 
 FrozenColumns StartScreen::directions() const {
@@ -126,6 +131,7 @@ Eigen::MatrixXd StartScreen::products(int count, const Changes& changes, double 
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) {
     const Part& part = parts_[n];
     const Recording& rec = recordings_[part.recording];
+    if (part.lost) return;
     const auto outs = changes({rec, part.angle_rad, part.turning, part.run_in_s, part.offsets, part.predicted});
     if (outs.empty()) return;
     const bool in_loop = rec.offsets_in_loop;

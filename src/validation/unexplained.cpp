@@ -190,6 +190,7 @@ struct UnexplainedSearch::Parts {
       if (round < tilt_rounds) places.push_back(LawPlace::ofTilt());
       const Eigen::VectorXd about = best.x;
       const StartScreen screen = at_bearings.search.screenAt(about, local);
+      if (!screen.isFinite()) return nullptr;
       best.above = std::numeric_limits<double>::infinity();
       for (const LawPlace& place : places) {
         LawSearch::Left one = soughtAt(place)->search.leftByOneSet(screen, about, stakes);

@@ -53,6 +53,23 @@ TEST(StartScreenTest, GainIsThatOfTheParabolaAlongTheStart) {
   EXPECT_NEAR(both[1].share, -share, 0.01 * std::fabs(share));
 }
 
+TEST(StartScreenTest, ARotorThatIsLostPromisesNothing) {
+  const MadeSet& set = madeSet(21, "none", 0.0, false);
+  const std::vector<LocalState> local(set.recordings.size());
+  const std::vector<int> which = {set.indexOf("steady_1")};
+  const auto screenOf = [&](const Model& model) {
+    const FitSpace space(model, {});
+    return StartScreen(set.recordings, which, space, space.start(), local, set.offset_std_m);
+  };
+  Model lost = set.truth();
+  lost.rig.controller.kp_A_per_m *= 0.01;  // less than the magnets pull
+  const std::vector<Model> loaded = {with(lost, "static_load", {0.05, 0.0})};
+  const StartScreen screen = screenOf(lost);
+  EXPECT_FALSE(screen.isFinite());
+  EXPECT_EQ(screen.gains(loaded, true, true)[0].gain, 0.0);
+  EXPECT_TRUE(screenOf(set.truth()).isFinite());
+}
+
 TEST(StartScreenTest, TheShaftStandsWhereTheRunsHaveTurnedIt) {
   // a tacho of two levels leaves the shaft's angle open to some hundredths of a radian: taken where the pulses have it, a model at its
   // floor promised a bow 26000 of evidence

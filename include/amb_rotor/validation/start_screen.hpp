@@ -65,6 +65,9 @@ class StartScreen {
   /// @param from_s  instants before it do not count
   Eigen::MatrixXd products(int count, const Changes& changes, double from_s = 0.0) const;
 
+  /// Whether the prediction of every run about which all is linear stayed finite.
+  bool isFinite() const;
+
   /// The nuisance's directions about the reference, for fits of more effects beside it; valid while this lives.
   FrozenColumns directions() const;
 
@@ -77,6 +80,7 @@ class StartScreen {
     Eigen::VectorXd offsets;  ///< in the lanes, see offsetsInLanes()
     Eigen::MatrixXf columns;  ///< over the noise: nuisance, residual; samples * channels, instant by instant
     std::vector<double> predicted;
+    bool lost = false;  ///< the prediction about which all is linear did not stay finite: the run takes no part
   };
 
   const std::vector<Recording>& recordings_;
