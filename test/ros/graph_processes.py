@@ -2,19 +2,17 @@
 import os
 import pathlib
 import signal
-import socket
 import subprocess
 import sys
+
+from amb_rotor.ports import free_port
 
 SOURCE = pathlib.Path(os.environ.get("AMB_ROTOR_ROOT", pathlib.Path(__file__).resolve().parents[2]))
 
 
 def environment(**more):
     """Ours, with a master at a free port."""
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port = probe.getsockname()[1]
-    return {**os.environ, "ROS_MASTER_URI": f"http://localhost:{port}", "ROS_HOSTNAME": "localhost", **more}
+    return {**os.environ, "ROS_MASTER_URI": f"http://localhost:{free_port()}", "ROS_HOSTNAME": "localhost", **more}
 
 
 def amb(*arguments, seconds=90, env=None):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import pathlib
-import socket
 import time
 
 from amb_rotor.cli import common
@@ -42,15 +41,10 @@ def why_no_graph() -> str:
     return "" if "launch" in available_commands() else "there is no amb launch"
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
-
-
 def record_graph(args, scenario: pathlib.Path, model: pathlib.Path, bag: pathlib.Path) -> dict:
     """Runs the node graph into a bag and reads it back."""
     from amb_rotor.cli import convert, launch
+    from amb_rotor.ports import free_port
     os.environ["ROS_MASTER_URI"] = f"http://localhost:{free_port()}"
     os.environ.setdefault("ROS_HOSTNAME", "localhost")
     namespace = argparse.Namespace(scenario=str(scenario), model=str(model), nodelets=False, record=str(bag),
