@@ -2,7 +2,8 @@
 
 Each term of the law (the hypothesis effects `force_law`, `force_law_at_plane` of one plane of the rotor and `force_law_of_tilt`)
 is known here as a force, in the formulas of effect files and in C++. p = (x, y) is the rotor's displacement at a magnetic bearing
-or that plane, or half of bearing b's less a's, v its velocity, i the current, t the shaft's angle.
+or that plane, or half of bearing b's less a's, v its velocity, i the current, t the shaft's angle. Terms of `signal_law` are what
+is added to the signals (x, y) of a sensor pair.
 """
 from __future__ import annotations
 
@@ -82,22 +83,24 @@ def _antisymmetric(term: Term) -> Term:
 
 # The frequency of the terms that repeat in time: one more parameter of an effect that has such a term.
 FREQUENCY = "time_frequency_hz"
-# The axial position of a law at one plane: its last parameter.
+# The axial position of a law at one plane: its last parameter. The width of a step in the signals: likewise.
 PLANE = "z_m"
+WIDTH = "step_width_m"
 
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where a law acts, as in effect files: magnetic_bearings, rotor (at the plane z_m), tilt."""
+    """Where a law acts, as in effect files: magnetic_bearings, rotor (at the plane z_m), tilt, sensors."""
     kind: str = "magnetic_bearings"
     z_m: float | None = None
+    step_width_m: float | None = None
 
     @staticmethod
     def of(unexplained: dict) -> Place:
         plane = unexplained.get("plane_z_m")
         if plane:
             return Place("rotor", plane["value"])
-        return Place(unexplained.get("place", Place.kind))
+        return Place(unexplained.get("place", Place.kind), None, unexplained.get("step_width_m"))
 
 
 BEARINGS = Place()
@@ -107,7 +110,9 @@ _PLACES = {"magnetic_bearings": ("a force at the bearings", "or: rotor (at a par
            "rotor": ("a force at one plane of the rotor", "at z_m; or: magnetic_bearings, tilt, sensors",
                      "x y vx vy angle speed time"),
            "tilt": ("a couple", "the force at bearing b, its opposite at a; or: magnetic_bearings, rotor, sensors",
-                    "x y vx vy angle speed time, (x, y) = (p_b - p_a)/2")}
+                    "x y vx vy angle speed time, (x, y) = (p_b - p_a)/2"),
+           "sensors": ("signals of the sensors", "added to each; or: magnetic_bearings, rotor, tilt",
+                       "x y angle speed time end, (x, y) the signals so far")}
 
 
 _PLAIN = (
@@ -177,6 +182,28 @@ _BOTH_WAYS = ("position_N_per_m", "position_cube_N_per_m3", "velocity_N_s_per_m"
 TERMS = {term.name: term for term in _PLAIN}
 TERMS |= {f"antisym_{name}": _antisymmetric(TERMS[name]) for name in _BOTH_WAYS}
 
+
+def _signal(term: Term) -> Term:
+    """A force's term as one of the signal."""
+    unit = {"N/m2": "1/m", "N s/m": "s", "N": "m", "N/(m s)": "1/s", "N/s": "m/s"}[term.unit]
+    name = {"position_turn_N_s_per_m": "turn_s", "drift_position_N_per_m_s": "drift_per_s",
+            "drift_x_N_per_s": "drift_x_m_per_s", "drift_y_N_per_s": "drift_y_m_per_s"}.get(term.name, term.name[:-1] + "m")
+    return dataclasses.replace(term, name=f"signal_{name}", unit=unit)
+
+
+_SIGNALS = (
+    Term("signal_square_per_m", "1/m", "(|x| x, |y| y)", _MOTION, "abs(x) * x", "abs(y) * y", "magnitude(p.x) * p.x",
+         "magnitude(p.y) * p.y"),
+    Term("signal_even_per_m", "1/m", "(x^2, y^2)", _MOTION, "x^2", "y^2", "p.x * p.x", "p.y * p.y"),
+    Term("signal_cube_per_m2", "1/m2", "(x^3, y^3)", _MOTION, "x^3", "y^3", "p.x * p.x * p.x", "p.y * p.y * p.y"),
+    Term("signal_step_m", "m", f"(tanh(x/w), tanh(y/w)), w = {WIDTH}", _MOTION, f"tanh(x / {WIDTH})", f"tanh(y / {WIDTH})",
+         f"hyperbolicTangent(p.x / {WIDTH})", f"hyperbolicTangent(p.y / {WIDTH})"),
+    Term("signal_mixed", "1", "(y, x)", "motion in both directions", "y", "x", "p.y", "p.x"),
+    *(_signal(TERMS[name]) for name in ("position_turn_N_s_per_m", "drift_position_N_per_m_s", "drift_x_N_per_s", "drift_y_N_per_s",
+                                        "thrice_cosine_N", "thrice_sine_N", "back_thrice_cosine_N", "back_thrice_sine_N")),
+)
+SIGNAL_TERMS = {term.name: term for term in _SIGNALS}
+
 # What the formulas call on beside the quantities; each is written where a term needs it.
 _WHERE = {"radius": "hypot(x, y)", "rate": "sqrt(vx^2 + vy^2 + 1e-24)"}
 # A fit may move a coefficient this many times its first value, either way.
@@ -185,6 +212,8 @@ _REACH = 1e3
 
 # How far a frequency may move in a fit, and a plane from the centre of mass.
 _FREQUENCY_REACH, _FARTHEST_PLANE_M = 0.02, 2.0
+# A width that a diagnosis does not tell, and how many times its value a fit may move it, either way.
+_WIDTH_M, _WIDTH_REACH = 1e-5, 10.0
 
 
 def reads(text: str, name: str) -> bool:
@@ -195,9 +224,15 @@ def _needed(terms: list[Term]) -> list[str]:
     return [name for name in _WHERE if any(reads(term.x + " " + term.y, name) for term in terms)]
 
 
-def repeats(terms: list[dict]) -> bool:
-    """Whether a law has a term that repeats in time, with a frequency that its effect must know."""
-    return any(FREQUENCY in TERMS[row["term"]].x + TERMS[row["term"]].y for row in terms)
+def terms_of(rows: list[dict]) -> list[Term]:
+    """What a diagnosis names. KeyError: a term that is not known."""
+    known = TERMS | SIGNAL_TERMS
+    return [known[row["term"]] for row in rows]
+
+
+def _call_on(terms: list[dict], name: str) -> bool:
+    """Whether a law has a term whose formula needs a number of its effect: the frequency that it repeats with, a step's width."""
+    return any(reads(term.x + " " + term.y, name) for term in terms_of(terms))
 
 
 def said(place: Place) -> str:
@@ -205,17 +240,21 @@ def said(place: Place) -> str:
 
 
 def parameters(terms: list[dict], frequency_hz: float | None = None, place: Place = BEARINGS) -> list[dict]:
-    """The parameters of an effect with these terms, as in its file. term: a name of TERMS and a coefficient."""
+    """The parameters of an effect with these terms, as in its file. term: a name that terms_of() knows, and a coefficient."""
     rows = []
-    if repeats(terms):
+    if _call_on(terms, FREQUENCY):
         frequency = 50.0 if frequency_hz is None else frequency_hz
         rows.append({"name": FREQUENCY, "unit": "Hz", "lower": (1 - _FREQUENCY_REACH) * frequency,
                      "upper": (1 + _FREQUENCY_REACH) * frequency, "typical": frequency, "meaning": "of the force in time"})
-    for row in terms:
-        term, value = TERMS[row["term"]], float(f"{row['coefficient']:.6g}")
+    for row, term in zip(terms, terms_of(terms)):
+        value = float(f"{row['coefficient']:.6g}")
         reach = _REACH * abs(value) if value else 1.0
         rows.append({"name": term.name, "unit": term.unit, "lower": -reach, "upper": reach, "typical": value,
-                     "neutral": 0.0, "meaning": f"force per {term.meaning}"})
+                     "neutral": 0.0, "meaning": f"{'signal' if place.kind == 'sensors' else 'force'} per {term.meaning}"})
+    if _call_on(terms, WIDTH):
+        width = place.step_width_m or _WIDTH_M
+        rows.append({"name": WIDTH, "unit": "m", "lower": width / _WIDTH_REACH, "upper": width * _WIDTH_REACH,
+                     "typical": float(f"{width:.6g}"), "meaning": "over which the step is rounded off"})
     if place.z_m is not None:
         rows.append({"name": PLANE, "unit": "m", "lower": -_FARTHEST_PLANE_M, "upper": _FARTHEST_PLANE_M,
                      "typical": float(f"{place.z_m:.6g}"), "meaning": "axial position"})
@@ -232,7 +271,7 @@ def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], fr
               place: Place = BEARINGS) -> str:
     """The effect file."""
     _, beside, names = _PLACES[place.kind]
-    chosen = [TERMS[row["term"]] for row in terms]
+    chosen = terms_of(terms)
     lines = [f"# {remark}" for remark in remarks]
     lines += ["format: amb-effect/1", f"effect: {name}", f'summary: "{summary}"',
               f'excited_by: "{"; ".join(dict.fromkeys(term.excited_by for term in chosen))}"',
@@ -247,7 +286,7 @@ def yaml_file(name: str, terms: list[dict], summary: str, remarks: list[str], fr
     lines.append(f"law:                                  # of {names}, and the names above")
     for axis in ("x", "y"):
         formula = " + ".join(f"{term.name} * ({getattr(term, axis)})" for term in chosen)
-        lines.append(f'  force_{axis}_N: "{formula}"')
+        lines.append(f'  {f"signal_{axis}_m" if place.kind == "sensors" else f"force_{axis}_N"}: "{formula}"')
     return "\n".join(lines) + "\n"
 
 

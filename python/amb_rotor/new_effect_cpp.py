@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 import dataclasses
+import textwrap
 
-from amb_rotor.new_effect import BEARINGS, TERMS, Place, number, parameters, reads
+from amb_rotor.new_effect import BEARINGS, WIDTH, Place, number, parameters, reads, terms_of
 
 # What the formulas call on beside the quantities; each is written where a term needs it.
 _CPP_WHERE = {"radius": "squareRoot(p.dot(p))", "rate": "squareRoot(v.dot(v) + S(1e-24))",
@@ -29,7 +30,8 @@ def class_name(name: str) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class _Place:
-    """How a law enters a machine: the words of its comment, its port, where p, v and the shaft are from, where F goes to."""
+    """How a law enters a machine: the words of its comment and what it says there, its port, where p, v and the shaft are from, where F
+    goes to; the loop in which it does so."""
     said: str
     roles: str
     port: str
@@ -39,6 +41,8 @@ class _Place:
     members: str = ""
     made: str = ""
     include: str = "effect.hpp"
+    law: str = "F = "
+    each: str = ""
 
 
 def _place(place: Place, plane: int) -> _Place:
@@ -55,6 +59,10 @@ def _place(place: Place, plane: int) -> _Place:
                       "const Vec2<S> {short} = tilt_.{full}(rotor);", "", "tilt_.push(rotor, {force});", "    TiltPlanes<S> tilt_;\n",
                       "    void rotor(const Rig<S>& rig, RotorPort<S>& port) override { tilt_ = TiltPlanes<S>(rig, port); }\n",
                       "tilt_planes.hpp")
+    if place.kind == "sensors":
+        return _Place("At each sensor pair, with p its signals so far, y what becomes of them and t the shaft's angle", "acts_on_sensor",
+                      "void sense(const Shaft<S>& {shaft}, Vec2<S> signal[2]) const override", "const Vec2<S> {short} = signal[end];", "",
+                      "signal[end] += {force};", law="y = p + ", each="for (int end = 0; end < 2; ++end)")
     return _Place("At the plane z_m of the rotor, with p its displacement there, v its velocity and t the shaft's\n// angle",
                   "acts_on_rotor | acts_on_rotor_force",
                   "void rotorForce(const Shaft<S>& {shaft}, RotorForces<S>& rotor) const override",
@@ -64,7 +72,7 @@ def _place(place: Place, plane: int) -> _Place:
 
 def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float | None = None, acts: Place = BEARINGS) -> str:
     """The effect as a header for include/amb_rotor/effects/."""
-    chosen = [TERMS[row["term"]] for row in terms]
+    chosen = terms_of(terms)
     own = parameters(terms, frequency_hz, acts)
     first = [row["name"] for row in own].index(chosen[0].name)  # the frequency comes before the coefficients
     place = _place(acts, len(own) - 1)
@@ -74,7 +82,7 @@ def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float |
         f'{number(row["typical"])}, {"0.0" if "neutral" in row else _NO_NEUTRAL},\n                       "{row["meaning"]}")'
         for row in own)
     force = {axis: " +\n                ".join(f"c_[{k + first}] * ({getattr(term, 'cpp_' + axis)})"
-                                                 for k, term in enumerate(chosen))
+                                                 for k, term in enumerate(chosen)).replace(WIDTH, f"c_[{len(own) - 1}]")
              for axis in ("x", "y")}
     text = force["x"] + force["y"]
     needed = _cpp_needed(text)
@@ -87,10 +95,12 @@ def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float |
     if first:
         lines += "      S hum_sine, hum_cosine;\n      sineCosine(S(two_pi * shaft.time) * c_[0], hum_sine, hum_cosine);\n"
     port = place.port.replace("{shaft}", "shaft" if turns else "")
-    applied = place.applied.replace("{force}", f"{{{force['x']},\n                {force['y']}}}")
+    body = f"{lines}      " + place.applied.replace("{force}", f"{{{force['x']},\n                {force['y']}}}")
+    if place.each:
+        body = f"      {place.each} {{\n{textwrap.indent(body, '  ')}\n      }}"
     return f"""#pragma once
 // {summary}. {place.said}:
-//   F = {law}
+//   {place.law}{law}
 // TO COMPLETE: the mechanism, and after the words Valid, Source and Left out, each with a colon, the range in which the
 // law holds, where it is from and what it leaves out.
 #include "amb_rotor/effects/{place.include}"
@@ -112,7 +122,7 @@ struct {class_name(name)} {{
     explicit Physics(const std::vector<S>& p) : c_(p) {{}}
     unsigned roles() const override {{ return {place.roles}; }}
 {place.made}    {port} {{
-{lines}      {applied}
+{body}
     }}
 
    private:
@@ -139,6 +149,12 @@ _ON_THE_ROTOR = """  const auto force = [&](const std::vector<double>& values) {
     return rotor.force;
   };
 """
+_IN_THE_SENSORS = """  const auto force = [&](const std::vector<double>& values) {
+    Vec2<double> signal[2] = {{2e-5, -3e-5}, {1e-5, 4e-5}};
+    CLASS::Physics<double>(values).sense(shaft, signal);
+    return signal[0] - Vec2<double>{2e-5, -3e-5};
+  };
+"""
 _MOVED_ROTOR = """
 /// A rotor whose planes move each in its way; the force on the last.
 struct MovedRotor : RotorPort<double>, RotorForces<double> {
@@ -163,9 +179,13 @@ def cpp_test(name: str, terms: list[dict], frequency_hz: float | None = None, ac
     rows = parameters(terms, frequency_hz, acts)
     names = [row["name"] for row in rows]
     values = ", ".join(number(row["typical"]) for row in rows)
-    first = names.index(TERMS[terms[0]["term"]].name)  # the frequency, which is no coefficient, comes first
-    moved, force = ("", _AT_THE_BEARINGS) if acts == BEARINGS else (_MOVED_ROTOR, _ON_THE_ROTOR)
-    return f"""// {class_name(name)}: the force against its closed form.
+    first = names.index(terms_of(terms)[0].name)  # the frequency, which is no coefficient, comes first
+    moved, force = {"magnetic_bearings": ("", _AT_THE_BEARINGS), "sensors": ("", _IN_THE_SENSORS)}.get(
+        acts.kind, (_MOVED_ROTOR, _ON_THE_ROTOR))
+    # signals are some 1e-5 m, with roundings of 1e-21 m
+    same = "EXPECT_DOUBLE_EQ({0}, {1});" if acts.kind != "sensors" else "EXPECT_NEAR({0}, {1}, 1e-19);"
+    doubled = "\n".join("  " + same.format(f"force(twice).{axis}", f"2.0 * force(typical).{axis}") for axis in ("x", "y"))
+    return f"""// {class_name(name)}: the {"signal" if acts.kind == "sensors" else "force"} against its closed form.
 #include <gtest/gtest.h>
 
 #include "amb_rotor/effects/{name}.hpp"
@@ -185,8 +205,7 @@ TEST({class_name(name)}Test, VanishesAtItsNeutralValuesAndIsLinearInItsCoefficie
   const Rig<double> rig;
 {force.replace("CLASS", class_name(name))}  EXPECT_EQ(force(none).dot(force(none)), 0.0);
   EXPECT_GT(force(typical).dot(force(typical)), 0.0);
-  EXPECT_DOUBLE_EQ(force(twice).x, 2.0 * force(typical).x);
-  EXPECT_DOUBLE_EQ(force(twice).y, 2.0 * force(typical).y);
+{doubled}
 }}
 
 TEST({class_name(name)}Test, IsTheClosedForm) {{

@@ -62,6 +62,18 @@ std::pair<double, double> bearingForce(const std::string& id, const std::vector<
   return {force.x, force.y};
 }
 
+/// The signals of sensor pair a when an effect has had them: likewise.
+std::pair<double, double> sensorSignal(const std::string& id, const std::vector<double>& values, std::pair<double, double> signal,
+                                       double angle_rad, double speed_rad_s, double time_s) {
+  const auto physics = effects::makePhysics<double>(id, values);
+  if (physics == nullptr) throw InputError({{"", 0, "effect", id, "there is no effect of this name"}});
+  Shaft<double> shaft = Shaft<double>::at(angle_rad, speed_rad_s, 0.0);
+  shaft.time = time_s;
+  Vec2<double> pairs[2] = {{signal.first, signal.second}, {signal.first, signal.second}};
+  physics->sense(shaft, pairs);
+  return {pairs[0].x, pairs[0].y};
+}
+
 const EffectSchema& requireEffect(const std::string& id) {
   const EffectSchema* schema = effectCatalogue().find(id);
   if (schema == nullptr) throw InputError({{"", 0, "effect", id, "there is no effect of this name"}});
@@ -170,6 +182,8 @@ void bindModel(py::module_& m) {
       py::arg("path"), "Reads an effect file into the catalogue of this program.");
   m.def("bearing_force", &bearingForce, py::arg("effect"), py::arg("values"), py::arg("position"), py::arg("velocity"),
         py::arg("current"), py::arg("angle_rad"), py::arg("speed_rad_s"), py::arg("time_s"));
+  m.def("sensor_signal", &sensorSignal, py::arg("effect"), py::arg("values"), py::arg("signal"), py::arg("angle_rad"),
+        py::arg("speed_rad_s"), py::arg("time_s"));
   m.def("magnet_pull", py::vectorize([](double windings, double pole_area_m2, double force_angle_rad, double current_A,
                                         double air_gap_m) {
           return MagnetDimensions{windings, pole_area_m2, force_angle_rad}.pull(current_A, air_gap_m);

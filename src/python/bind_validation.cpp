@@ -161,9 +161,14 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
     case EffectLaw::Place::tilt:
       unexplained["place"] = "tilt";
       break;
-    default:
+    case EffectLaw::Place::sensors:
+      unexplained["place"] = "sensors";
+      break;
+    case EffectLaw::Place::magnetic_bearings:
       unexplained["place"] = "magnetic_bearings";
   }
+  unexplained["step_width_m"] = diagnosis.unexplained.step_width_m > 0.0 ? py::object(py::float_(diagnosis.unexplained.step_width_m))
+                                                                         : py::object(py::none());
   unexplained["plane_z_m"] = py::none();
   if (diagnosis.unexplained.plane_z_m) {
     py::dict plane;

@@ -13,6 +13,7 @@
 #include "amb_rotor/effects/force_law.hpp"
 #include "amb_rotor/effects/force_law_at_plane.hpp"
 #include "amb_rotor/effects/force_law_of_tilt.hpp"
+#include "amb_rotor/effects/signal_law.hpp"
 #include "amb_rotor/model/effect_file.hpp"
 
 namespace amb_rotor {
@@ -82,6 +83,9 @@ bool FitProblem::dependsOnAngle(const Model& model) const {
     const EffectSchema* schema = effectCatalogue().find(effect.id);
     if (effect.id == "couple_unbalance") continue;  // no force at standstill
     if (schema->law != nullptr && schema->law->reads(EffectLaw::angle)) return true;
+    if (effect.id == effects::SignalLaw::id)
+      for (int term = 0; term < effects::SignalLaw::term_count; ++term)
+        if (effects::SignalLaw::readsAngle(term) && effect.values[term] != 0.0) return true;
     if (effect.id == effects::ForceLaw::id || effect.id == effects::ForceLawAtPlane::id || effect.id == effects::ForceLawOfTilt::id)
       for (int term = 0; term < effects::LawTerms::term_count && schema->parameters[term].role == ParameterRole::plain; ++term)
         if (effects::LawTerms::readsAngle(term) && effect.values[term] != 0.0) return true;

@@ -35,7 +35,7 @@ double LawSearch::followPath(const StartScreen& screen, const Eigen::VectorXd& x
   std::vector<EffectSetting> forces;
   for (const int k : library) {
     forces.push_back(place_.withoutForce(frequency_hz_));
-    if (plane_ >= 0) forces.back().values.back() = x[plane_];
+    if (number_ >= 0) forces.back().values.back() = x[number_];
     forces.back().values[k - first_] = space_.coordinates()[k].scale;
   }
   double from_s = begin_left_out_s;
@@ -44,7 +44,7 @@ double LawSearch::followPath(const StartScreen& screen, const Eigen::VectorXd& x
   const Eigen::MatrixXd all = screen.products(terms, [&](const ReferenceRun& run) {
     auto changes = responsesAlongPath(run, model, forces);
     for (int t = 0; t < terms && run.recording.standstill; ++t)
-      if (effects::LawTerms::readsAngle(library[t] - first_)) changes[t].clear();
+      if (place_.readsAngle(library[t] - first_)) changes[t].clear();
     return changes;
   }, from_s);
   std::vector<int> place = base_;
@@ -107,7 +107,7 @@ LawSearch::Left LawSearch::leftByOneSet(double above, const std::vector<int>& li
   free.insert(free.end(), best.terms.begin(), best.terms.end());
   const Eigen::VectorXd goal = solveFor(h, g, free);
   Left out = {above, startAt(x)};
-  for (const int k : best.terms) out.reads_angle = out.reads_angle || effects::LawTerms::readsAngle(k - first_);
+  for (const int k : best.terms) out.reads_angle = out.reads_angle || place_.readsAngle(k - first_);
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double move = goal[static_cast<long>(i)];
     out.above -= move * g[free[i]];
@@ -204,7 +204,8 @@ LawSearch::Begun LawSearch::begin(const Eigen::VectorXd& at, const std::vector<L
   out.without.x = at;
   out.without.local = local;
   out.without.chi2 = before;
-  out.along = alongPath(believed(out.without), out.stakes);
+  // a signal that is off shows another path than the rotor's
+  if (!place_.isSensors()) out.along = alongPath(believed(out.without), out.stakes);
   return out;
 }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 
-#include "amb_rotor/effects/law_terms.hpp"
 #include "amb_rotor/validation/start_screen.hpp"
 
 namespace amb_rotor {
@@ -48,13 +47,12 @@ LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& beli
       frequency_hz_(frequency_hz),
       problem_(recordings, space_, offset_std_m) {
   first_ = bare_.size();
-  if (place.isPlane()) plane_ = first_ + place.terms();
+  if (place.hasNumber()) number_ = first_ + place.terms();
   const auto& parameters = place.schema().parameters;
   std::map<std::string, unsigned> bits;
   for (int k = 0; k < first_; ++k) base_.push_back(k);
   for (int term = 0; term < place_.terms(); ++term) {
-    const bool hum = term >= effects::LawTerms::hum_x_cosine && term <= effects::LawTerms::hum_y_sine;
-    if (hum && frequency_hz <= 0.0) continue;
+    if (place_.repeatsInTime(term) && frequency_hz <= 0.0) continue;
     library_.push_back(first_ + term);
     unsigned all = 0;
     for (const auto& q : quantitiesOf(parameters[term].meaning)) all |= bits.emplace(q, 1u << bits.size()).first->second;
@@ -71,10 +69,10 @@ LawSearch::LawSearch(const std::vector<Recording>& recordings, const Model& beli
   fit_.insert(fit_.end(), turning_.begin(), turning_.end());
 }
 
-/// The start, with the plane of x.
+/// The start, with the plane of x, or the width of its step.
 Eigen::VectorXd LawSearch::startAt(const Eigen::VectorXd& x) const {
   Eigen::VectorXd out = space_.start();
-  if (plane_ >= 0) out[plane_] = x[plane_];
+  if (number_ >= 0) out[number_] = x[number_];
   return out;
 }
 
@@ -85,7 +83,7 @@ bool LawSearch::linearise(const Eigen::VectorXd& x, std::vector<LocalState>& loc
   NormalEquations still = problem_.evaluate(x, still_, local, {});
   // at standstill the shaft's angle is not known: what its terms do there is taken as free
   for (int term = 0; term < place_.terms(); ++term)
-    if (effects::LawTerms::readsAngle(term)) {
+    if (place_.readsAngle(term)) {
       const int k = first_ + term;
       still.h.row(k).setZero();
       still.h.col(k).setZero();
@@ -178,6 +176,8 @@ FitResult LawSearch::fitTo(Hypothesis& law, FitOptions options) const {
   options.held.assign(space_.size(), false);
   for (int k = first_; k < first_ + place_.terms(); ++k)
     options.held[k] = std::find(law.terms.begin(), law.terms.end(), k) == law.terms.end();
+  if (number_ >= 0)
+    options.held[number_] = std::none_of(law.terms.begin(), law.terms.end(), [&](int k) { return place_.readsNumber(k - first_); });
   FitResult found = fit(problem_, law.x, fit_, law.local, options);
   law.x = found.x;
   law.covariance = found.covariance;
@@ -242,7 +242,7 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
   for (const bool angle : {false, true}) {
     std::vector<int> terms;
     for (const int k : library_)
-      if (effects::LawTerms::readsAngle(k - first_) == angle) terms.push_back(k);
+      if (place_.readsAngle(k - first_) == angle) terms.push_back(k);
     std::vector<double> size, gain(terms.size(), 0.0);
     for (const int k : terms) size.push_back(space_.coordinates()[k].scale);
     for (int round = 0; round < screen_rounds; ++round) {

@@ -1,6 +1,7 @@
 #pragma once
-// Which law of up to three terms, as force at the bearings or at one plane of the rotor (effects/law_terms.hpp), explains runs
-// without contact best. The plane is fitted along with the terms, from where the search is told to begin.
+// Which law of up to three terms explains runs without contact best: as force at the bearings, at one plane of the rotor or
+// against its tilt (effects/law_terms.hpp), or in the sensors' signals (effects/signal_law.hpp). The plane, and the width of a
+// signal's step, is fitted along with the terms, from where the search is told to begin.
 //
 // Terms that promise most where everything is linearised about a point (term_search.hpp) are contenders only: a law that
 // matters bends the motion, and next to no force |p|^2 p and |p|^3 p look alike. Each contender is fitted to an end, with
@@ -37,7 +38,7 @@ class LawSearch {
             double frequency_hz, double offset_std_m, LawPlace place = {});
 
   const LawPlace& place() const { return place_; }
-  int planeCoordinate() const { return plane_; }  ///< -1: the law is at the bearings
+  int numberCoordinate() const { return number_; }  ///< of the plane, or of a step's width; -1: none
   const std::vector<int>& fitted() const { return fit_; }    ///< recordings: to fit, without contact
   const std::vector<int>& heldOut() const { return held_out_; }
   const FitSpace& space() const { return space_; }
@@ -131,7 +132,7 @@ class LawSearch {
   const std::vector<Recording>& recordings_;
   double offset_std_;
   FitSpace bare_, space_;  ///< without the law, and with it
-  int first_ = 0, plane_ = -1;
+  int first_ = 0, number_ = -1;
   double frequency_hz_;
   FitProblem problem_;
   std::vector<int> base_, library_, fit_, still_, turning_, held_out_;

@@ -20,7 +20,7 @@ constexpr double least_line_share = 0.3, plain_line_share = 0.8;
 /// Where nothing is found.
 const char* const no_law =
     "no force at the bearings, at one plane or against the tilt in position, velocity, spin speed, shaft angle, control current or "
-    "time takes 5 % of the unexplained error";
+    "time takes 5 % of the unexplained error, and no term of the sensors' signals nearly all of it";
 /// Of what forces along the measured path leave at the bearings, what the best other place of a round behind the first may leave to look
 /// closer, and the best of all to try a law there.
 constexpr double less_at_round = 0.9, less_at_best = 0.5;
@@ -80,20 +80,23 @@ bool isOneAlikeAtBoth(const LawSearch& search, const Hypothesis& law) {
 
 void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) {
   const auto& parameters = search.place().schema().parameters;
-  const int first = search.first(), plane = search.planeCoordinate();
+  const int first = search.first(), number = search.numberCoordinate();
   const auto deviation = [&](int k) { return std::sqrt(std::max(0.0, law.covariance(k, k))); };
   std::ostringstream shape;
   out.place = search.place().kind;
   switch (out.place) {
     case LawPlace::Kind::rotor:
-      out.plane_z_m = law.x[plane];
-      out.plane_std_m = deviation(plane);
+      out.plane_z_m = law.x[number];
+      out.plane_std_m = deviation(number);
       shape << "force at the plane z = " << *out.plane_z_m << " m = ";
       break;
     case LawPlace::Kind::tilt:
       shape << "couple F at bearing b and -F at a, with p = (p_b - p_a)/2: F = ";
       break;
-    default:
+    case LawPlace::Kind::sensors:
+      shape << "signal of each sensor pair = s + ";
+      break;
+    case LawPlace::Kind::magnetic_bearings:
       shape << "force at the bearings = ";
   }
   out.depends_on.clear();
@@ -101,6 +104,7 @@ void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) 
   for (std::size_t t = 0; t < law.terms.size(); ++t) {
     const int k = law.terms[t];
     const ParameterSchema& p = parameters[k - first];
+    if (out.place == LawPlace::Kind::sensors && search.place().readsNumber(k - first)) out.step_width_m = std::exp(law.x[number]);
     out.terms.push_back({p.name, law.x[k], deviation(k)});
     for (const auto& q : quantitiesOf(p.meaning))
       if (std::find(out.depends_on.begin(), out.depends_on.end(), q) == out.depends_on.end())
@@ -110,6 +114,7 @@ void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) 
   }
   std::sort(out.depends_on.begin(), out.depends_on.end());
   if (out.frequency_hz > 0.0) shape << ", f = " << out.frequency_hz << " Hz";
+  if (out.step_width_m > 0.0) shape << ", w = " << out.step_width_m << " m";
   out.shape = shape.str();
 }
 
@@ -144,6 +149,7 @@ struct UnexplainedSearch::Parts {
   Sought at_bearings;
   std::optional<std::unique_ptr<Sought>> elsewhere = {};  ///< once it was looked for; null: no place promises more than the bearings
   bool sought_about_law = false;
+  std::unique_ptr<Sought> in_sensors = {};  ///< once it was asked for
   std::vector<ResidualRows> held_out;  ///< of the runs to validate
   double before = 0.0, count = 0.0;
 
@@ -163,6 +169,10 @@ struct UnexplainedSearch::Parts {
   }
   std::unique_ptr<Sought> soughtAt(LawPlace place) const {
     return std::make_unique<Sought>(recordings, belief, adopted, x, line.frequency_hz, offset_std_m, place);
+  }
+  Sought& inSensors() {
+    if (in_sensors == nullptr) in_sensors = soughtAt(LawPlace::inSensors());
+    return *in_sensors;
   }
   double excess() const { return std::max(1.0, before - count); }
   /// The search at the plane, or against the tilt, that leaves least along the measured path, where that is far less than at the
@@ -275,7 +285,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
                                : one.chi2 + stakes.least * static_cast<double>(one.terms.size()) + (elsewhere ? stakes.least - stakes.tie : 0.0);
     };
     const auto prefer = [&](Parts::Sought& there, Hypothesis one) {
-      if (!(costOf(one, &there == other) < costOf(law, sought == other))) return;
+      if (!(costOf(one, &there != &parts_->at_bearings) < costOf(law, sought != &parts_->at_bearings))) return;
       law = std::move(one);
       sought = &there;
     };
@@ -284,11 +294,13 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
       prefer(*other, bestAt(*other));
     else if (other != nullptr && begunAt(*other).along.foreseesPlain())
       prefer(*other, other->search.plainAlongPath(begunAt(*other)));
-    if (effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2)))
-      prefer(parts_->at_bearings, bestAt(parts_->at_bearings));
+    // a signal's term is its law only where it explains all: beside two effects that are not known it would take much, too
+    const auto leaves = [&] { return effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2)); };
+    if (leaves()) prefer(parts_->inSensors(), parts_->inSensors().search.plain(begunAt(parts_->inSensors())));
+    if (leaves()) prefer(parts_->at_bearings, bestAt(parts_->at_bearings));
   }
   LawSearch& search = sought->search;
-  const auto inCatalogue = [&](int term) { return effects::LawTerms::alsoInCatalogue(term - search.first()); };
+  const auto inCatalogue = [&](int term) { return search.place().isInCatalogue(term - search.first()); };
   const bool none = law.terms.empty() || (plain && std::any_of(law.terms.begin(), law.terms.end(), inCatalogue));
   if (plain && none && line_share < plain_line_share) return out;
   const double reached = law.terms.empty() ? before : law.chi2;
@@ -308,9 +320,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
       out.shape = no_law;
     return out;
   }
-  const int first = search.first();
-  if (std::any_of(terms.begin(), terms.end(),
-                  [&](int k) { return k - first >= effects::LawTerms::hum_x_cosine && k - first <= effects::LawTerms::hum_y_sine; }))
+  if (std::any_of(terms.begin(), terms.end(), [&](int k) { return search.place().repeatsInTime(k - search.first()); }))
     out.frequency_hz = line.frequency_hz;
   law = search.toItsEnd(law);
   describe(search, law, out);

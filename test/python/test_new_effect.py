@@ -16,6 +16,8 @@ from amb_rotor import cli, new_effect, new_effect_cpp  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAW = [p for e in core.effect_catalogue() if e["id"] == "force_law" for p in e["parameters"]]
 HYPOTHESIS = {p["name"]: p for p in LAW if not p["fixed"]}
+SIGNALS = {p["name"]: p for e in core.effect_catalogue() if e["id"] == "signal_law" for p in e["parameters"]}
+WIDTH_M = SIGNALS["step_width_m"]["typical"]
 FREQUENCY_HZ = 37.0
 # position [m], velocity [m/s], current [A], angle [rad], speed [rad/s], time [s]
 PLACES = [((3e-5, -2e-5), (0.02, 0.01), (0.4, -0.1), 0.7, 300.0, 0.37),
@@ -26,10 +28,10 @@ THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10}
 
 
 def write_diagnosis(folder: pathlib.Path, terms: list[dict], plane_z_m: float | None = None,
-                    place: str = "magnetic_bearings") -> pathlib.Path:
+                    place: str = "magnetic_bearings", step_width_m: float | None = None) -> pathlib.Path:
     folder.mkdir()
     unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93, "frequency_hz": FREQUENCY_HZ,
-                   "place": place if plane_z_m is None else "rotor",
+                   "place": place if plane_z_m is None else "rotor", "step_width_m": step_width_m,
                    "plane_z_m": None if plane_z_m is None else {"value": plane_z_m, "std": 2e-4}}
     (folder / "diagnosis.json").write_text(json.dumps(
         {"format": "amb-diagnosis/1", "verdict": "unknown", "unexplained": unexplained, "dataset": {"name": "rig-07"}}))
@@ -50,7 +52,32 @@ def hypothesis_force(terms: list[dict], place) -> tuple[float, float]:
 def test_every_term_of_the_hypothesis_is_known():
     assert {name: term.unit for name, term in new_effect.TERMS.items()} \
         == {name: p["unit"] for name, p in HYPOTHESIS.items()}
+    assert {name: term.unit for name, term in new_effect.SIGNAL_TERMS.items()} \
+        == {name: p["unit"] for name, p in SIGNALS.items() if name != "step_width_m"}
 
+
+def signal(effect: str, values: list[float], place) -> tuple[float, float]:
+    position, _, _, angle, speed, time = place
+    return core.sensor_signal(effect, values, position, angle, speed, time)
+
+
+def hypothesis_signal(terms: list[dict], place) -> tuple[float, float]:
+    values = dict.fromkeys(SIGNALS, 0.0) | {"step_width_m": WIDTH_M} | {row["term"]: row["coefficient"] for row in terms}
+    return signal("signal_law", list(values.values()), place)
+
+
+@pytest.mark.parametrize("term", new_effect.SIGNAL_TERMS)
+def test_a_term_of_the_signals_as_formula_is_that_of_the_hypothesis(term, tmp_path):
+    terms = [{"term": term, "coefficient": SIGNALS[term]["typical"]}]
+    path, acts = tmp_path / "effect.yaml", new_effect.Place("sensors", None, WIDTH_M)
+    path.write_text(new_effect.yaml_file(f"proposed_{term}", terms, "of a test", [], None, acts))
+    assert core.load_effect(str(path))["id"] == f"proposed_{term}"
+    values = [row["typical"] for row in new_effect.parameters(terms, None, acts)]
+    for place in PLACES:
+        exact = hypothesis_signal(terms, place)
+        assert exact != place[0]
+        # signals of some 1e-5 m with roundings of 1e-21 m
+        assert signal(f"proposed_{term}", values, place) == pytest.approx(exact, rel=0, abs=1e-19)
 
 @pytest.mark.parametrize("term", new_effect.TERMS)
 def test_a_term_as_formula_is_the_force_of_the_hypothesis(term, tmp_path):
@@ -99,6 +126,19 @@ def test_a_law_of_the_tilt_becomes_an_effect_of_it(tmp_path):
     assert effect["place"] == "tilt" and "couple" in effect["summary"]
     assert [p["name"] for p in effect["parameters"]] == [row["term"] for row in THREE]
     assert cli.main(["check", str(tmp_path / "coupling.yaml")]) == 0
+
+
+STEP = [{"term": "signal_step_m", "coefficient": -2.6e-6, "std": 5e-9}, {"term": "signal_turn_s", "coefficient": 3e-5, "std": 1e-6}]
+
+
+def test_a_law_of_the_signals_becomes_an_effect_of_the_sensors(tmp_path):
+    folder = write_diagnosis(tmp_path / "diagnosis", STEP, place="sensors", step_width_m=8.7e-6)
+    assert cli.main(["new-effect", "sticky_probe", "--from", str(folder), "--out", str(tmp_path)]) == 0
+    effect = yaml.safe_load((tmp_path / "sticky_probe.yaml").read_text())
+    assert effect["place"] == "sensors" and "signal" in effect["summary"] and set(effect["law"]) == {"signal_x_m", "signal_y_m"}
+    assert [p["name"] for p in effect["parameters"]] == [*(row["term"] for row in STEP), "step_width_m"]
+    assert effect["parameters"][-1]["typical"] == 8.7e-6 and "neutral" not in effect["parameters"][-1]
+    assert cli.main(["check", str(tmp_path / "sticky_probe.yaml")]) == 0
 
 
 @pytest.mark.parametrize("name, complaint", [
@@ -212,6 +252,36 @@ def test_the_cpp_of_a_law_elsewhere_is_its_force_there(terms, place, tmp_path):
     exact = hypothesis_force(terms, where)
     total = exact if place == "rotor" else (0.0, 0.0)
     assert compiled_force(tmp_path) == pytest.approx([*exact, z_m, *total], rel=1e-12)
+    test = (tmp_path / "effect_grease.cpp").read_text().replace("amb_rotor/effects/grease.hpp", "grease.hpp")
+    (tmp_path / "effect_grease.cpp").write_text(test)
+    subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)
+
+
+MAIN_IN_THE_SENSORS = """
+#include <cstdio>
+#include "grease.hpp"
+using namespace amb_rotor;
+int main() {
+  Shaft<double> shaft = Shaft<double>::at(0.7, 300.0, 0.0);
+  shaft.time = 0.37;
+  std::vector<double> values;
+  for (const auto& p : effects::Grease::schema().parameters) values.push_back(p.typical);
+  Vec2<double> signal[2] = {{0.0, 0.0}, {3e-5, -2e-5}};
+  const effects::Grease::Physics<double> physics(values);
+  if (physics.roles() != acts_on_sensor) return 1;
+  physics.sense(shaft, signal);
+  std::printf("%.17g %.17g", signal[1].x, signal[1].y);
+}
+"""
+
+
+@pytest.mark.slow
+def test_every_term_of_the_signals_is_the_same_in_cpp(tmp_path):
+    every = [{"term": name, "coefficient": SIGNALS[name]["typical"], "std": 0.0} for name in new_effect.SIGNAL_TERMS]
+    folder = write_diagnosis(tmp_path / "diagnosis", every, place="sensors", step_width_m=WIDTH_M)
+    assert cli.main(["new-effect", "grease", "--from", str(folder), "--out", str(tmp_path), "--cpp"]) == 0
+    (tmp_path / "main.cpp").write_text(MAIN_IN_THE_SENSORS)
+    assert compiled_force(tmp_path) == pytest.approx(hypothesis_signal(every, PLACES[0]), rel=0, abs=1e-18)
     test = (tmp_path / "effect_grease.cpp").read_text().replace("amb_rotor/effects/grease.hpp", "grease.hpp")
     (tmp_path / "effect_grease.cpp").write_text(test)
     subprocess.run([*flags_of(tmp_path), "-fsyntax-only", str(tmp_path / "effect_grease.cpp")], check=True)

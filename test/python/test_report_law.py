@@ -57,6 +57,15 @@ def test_a_cubic_spring_goes_with_the_cube_as_far_as_the_rotor_went():
     assert set(curve["y"]) == {0.0}
 
 
+def test_of_the_sensors_it_is_what_is_added_to_the_signal():
+    told = unexplained(["position"], signal_step_m=-2e-6) | {"place": "sensors", "plane_z_m": None, "step_width_m": 5e-6}
+    one, = law.law_curves(told, [run_of()], (-0.09, 0.11), (-0.05, 0.05))
+    assert one["at"][-1] == pytest.approx(1e6 * SIZE, rel=DIGITS)
+    curve, = one["curves"]
+    assert curve["x"] == pytest.approx(-2.0 * numpy.tanh(numpy.array(one["at"]) / 5.0), rel=2e-3, abs=1e-9)
+    assert set(curve["y"]) == {0.0}
+
+
 def test_a_product_is_shown_at_nothing_and_at_the_end_of_the_other():
     over_position, over_speed = law.law_curves(unexplained(["position", "spin speed"], position_speed_N_s2_per_m=-0.5), [run_of()])
     still, turning = over_position["curves"]

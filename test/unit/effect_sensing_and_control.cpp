@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <complex>
+#include <iterator>
 
 #include "../support/linear_levitation.hpp"
 #include "../support/probe.hpp"
 #include "amb_rotor/effects/eddy_current_lag.hpp"
+#include "amb_rotor/effects/signal_law.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -15,6 +17,40 @@ using namespace testing_support;
 using Complex = std::complex<double>;
 
 constexpr double signal_round_off = 1e-15;  // of signals of 1e-4 m and less
+
+/// Each term by hand at one place; the width of the step is 8 um.
+TEST(EffectSignalLaw, SignalAsWritten) {
+  const double x = 3e-5, y = -2e-5, w = 8e-6, t = 2.3, speed = 100.0, time = 0.37;
+  const double c3 = std::cos(3 * t), s3 = std::sin(3 * t);
+  struct Row {
+    double coefficient, x, y;
+  };
+  const Row rows[] = {{400.0, 400.0 * x * x, -400.0 * y * y},
+                      {400.0, 400.0 * x * x, 400.0 * y * y},
+                      {8e6, 8e6 * x * x * x, 8e6 * y * y * y},
+                      {-1e-6, -1e-6 * std::tanh(x / w), -1e-6 * std::tanh(y / w)},
+                      {0.02, 0.02 * y, 0.02 * x},
+                      {4e-5, 4e-5 * speed * x, 4e-5 * speed * y},
+                      {0.02, 0.02 * time * x, 0.02 * time * y},
+                      {1e-6, 1e-6 * time, 0.0},
+                      {1e-6, 0.0, 1e-6 * time},
+                      {1e-6, 1e-6 * c3, 1e-6 * s3},
+                      {1e-6, -1e-6 * s3, 1e-6 * c3},
+                      {1e-6, 1e-6 * c3, -1e-6 * s3},
+                      {1e-6, 1e-6 * s3, 1e-6 * c3}};
+  ASSERT_EQ(std::size(rows), static_cast<std::size_t>(effects::SignalLaw::term_count));
+  Shaft<double> shaft = Shaft<double>::at(t, -speed, 0.0);
+  shaft.time = time;
+  for (int term = 0; term < effects::SignalLaw::term_count; ++term) {
+    std::vector<double> values(effects::SignalLaw::term_count, 0.0);
+    values[term] = rows[term].coefficient;
+    values.push_back(w);
+    Vec2<double> s[2] = {{0.0, 0.0}, {x, y}};
+    effects::SignalLaw::Physics<double>(values).sense(shaft, s);
+    EXPECT_NEAR(s[1].x, x + rows[term].x, signal_round_off) << term;
+    EXPECT_NEAR(s[1].y, y + rows[term].y, signal_round_off) << term;
+  }
+}
 
 TEST(EffectSensorRunout, SignalAsWritten) {
   const double r1 = 2e-6, p1 = 0.4, r2 = 1e-6, p2 = -0.9, angle = 2.3;

@@ -29,7 +29,7 @@ struct Law {
   const char *x, *y;
   std::vector<std::string> depends_on;
   std::optional<double> plane_z_m = {};
-  bool of_tilt = false;
+  const char* elsewhere = "";  ///< tilt, sensors
 };
 
 /// Stiff enough to bend the response: linearised about no force it looks like damping, and |p| p comes before |p|^2 p.
@@ -53,7 +53,7 @@ struct Hidden {
     EXPECT_GT(result.squares / result.count, 2.0) << "there is something to explain";
   }
   static const MadeSet& made(const Law& law, double strength) {
-    EXPECT_EQ(ownForce(law.id, law.typical, law.x, law.y, law.plane_z_m, law.of_tilt).law->dependsOn(), law.depends_on);
+    EXPECT_EQ(ownForce(law.id, law.typical, law.x, law.y, law.plane_z_m, law.elsewhere).law->dependsOn(), law.depends_on);
     return madeSet(67, law.id, strength, false, runs_that_tell_laws_apart);
   }
 };
@@ -89,8 +89,8 @@ TEST_P(UnexplainedLawTest, ItsQuantitiesAreNamed) {
 
 /// What resists the tilt: both are among the terms of a law of the tilt, so that nothing is left.
 TEST(UnexplainedLaw, ACoupleAgainstTheTiltIsFound) {
-  const Law spring = {"test_tilt_cube", 1e14, "-c * (x^2 + y^2) * x", "-c * (x^2 + y^2) * y", {"position"}, {}, true};
-  const Law drag = {"test_tilt_drag", 1e3, "-c * hypot(vx, vy) * vx", "-c * hypot(vx, vy) * vy", {"velocity"}, {}, true};
+  const Law spring = {"test_tilt_cube", 1e14, "-c * (x^2 + y^2) * x", "-c * (x^2 + y^2) * y", {"position"}, {}, "tilt"};
+  const Law drag = {"test_tilt_drag", 1e3, "-c * hypot(vx, vy) * vx", "-c * hypot(vx, vy) * vy", {"velocity"}, {}, "tilt"};
   for (const Law& law : {spring, drag}) {
     const Hidden hidden(law, plain_strength);
     const Unexplained found =
@@ -101,6 +101,27 @@ TEST(UnexplainedLaw, ACoupleAgainstTheTiltIsFound) {
     EXPECT_EQ(found.depends_on, law.depends_on) << found.shape;
     EXPECT_GT(found.held_out_gain, whole_law_gain) << found.shape;
     EXPECT_NEAR(found.terms[0].coefficient, -hidden.set.made.truth.effects.back().values[0], 3.0 * found.terms[0].std) << found.shape;
+  }
+}
+
+/// A dead zone and a third power in the signals of all sensors: both are among the terms, so that nothing is left; the width over which
+/// the dead zone is rounded off is found along with it.
+TEST(UnexplainedLaw, SensorsThatAreNotLinearAreFound) {
+  const Law dead_zone = {"test_dead_zone", 2e-6, "-c * tanh(x / 7e-6)", "-c * tanh(y / 7e-6)", {"position"}, {}, "sensors"};
+  const Law cube = {"test_signal_cube", 3e7, "-c * x^3", "-c * y^3", {"position"}, {}, "sensors"};
+  for (const Law& law : {dead_zone, cube}) {
+    const Hidden hidden(law, plain_strength);
+    const Unexplained found =
+        UnexplainedSearch(hidden.recordings, hidden.space, hidden.result.x, hidden.local, hidden.set.offset_std_m).law(LawEffort::plain);
+    EXPECT_EQ(found.place, EffectLaw::Place::sensors) << found.shape;
+    ASSERT_EQ(found.terms.size(), 1u) << law.id << ": " << found.shape;
+    EXPECT_EQ(found.depends_on, law.depends_on) << found.shape;
+    EXPECT_GT(found.held_out_gain, whole_law_gain) << found.shape;
+    EXPECT_NEAR(found.terms[0].coefficient, -hidden.set.made.truth.effects.back().values[0], 3.0 * found.terms[0].std) << found.shape;
+    // the size of a step and its width are known together to 1 %
+    if (found.terms[0].term == "signal_step_m") {
+      EXPECT_NEAR(found.step_width_m, 7e-6, 2e-7);
+    }
   }
 }
 

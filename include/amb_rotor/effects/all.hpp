@@ -30,6 +30,7 @@
 #include "amb_rotor/effects/shaft_bow.hpp"
 #include "amb_rotor/effects/shaft_crack.hpp"
 #include "amb_rotor/effects/shaft_flexibility.hpp"
+#include "amb_rotor/effects/signal_law.hpp"
 #include "amb_rotor/effects/spin_drag.hpp"
 #include "amb_rotor/effects/static_load.hpp"
 #include "amb_rotor/effects/stiffness_anisotropy.hpp"
@@ -51,7 +52,7 @@ using All = EffectList<SensorAxisRotation, SensorRunout, SensorGainError, Couple
                        CurrentSaturation, AmplifierLag, ControlDelay, EddyCurrentLag, AuxiliaryBearingMisalignment,
                        AuxiliaryBearingTilt, HertzianContact, CompliantMount, FractionalMount,
                        VelocityDependentFriction, InnerRingSpin, SpinDrag, ShaftCrack, ShaftFlexibility, ForceLaw,
-                       ForceLawAtPlane, ForceLawOfTilt>;
+                       ForceLawAtPlane, ForceLawOfTilt, SignalLaw>;
 
 /// Place of an effect in the order in which they act; -1: unknown.
 template <class F>

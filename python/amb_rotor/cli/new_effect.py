@@ -55,7 +55,7 @@ def run(args) -> int:
         raise InputError(f"{folder}: the verdict is {diagnosis['verdict']}, and no law is proposed; there is nothing to "
                          "make an effect of")
     for row in terms:
-        if row["term"] not in new_effect.TERMS:
+        if row["term"] not in new_effect.TERMS | new_effect.SIGNAL_TERMS:
             raise InputError(f"{folder}: the term {row['term']!r} is not known to this version")
     out = pathlib.Path(args.out)
     common.require_folder(out)

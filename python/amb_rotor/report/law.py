@@ -5,7 +5,8 @@ points along x; what is not on the axis of a picture is 0 in the first curve and
 second, which shows products. Ranges are those of the runs without contact (99.5 % of the samples): beyond them a law that
 was fitted says nothing. At end a, displacement and velocity as far as its sensors saw them go; terms that tilt the rotor have
 the other sign at end b. Laws at one plane (`force_law_at_plane`) and of the tilt (`force_law_of_tilt`: over half of bearing b's
-displacement less a's, the force at b) have the same terms; there, the rotor is taken as straight.
+displacement less a's, the force at b) have the same terms; there, the rotor is taken as straight. Of a law of the sensors' signals
+(`signal_law`) it is what is added to a signal, over the signal.
 """
 from __future__ import annotations
 
@@ -68,16 +69,20 @@ def reaches(runs: list[dict], weights: tuple[float, float] = (1.0, 0.0)) -> dict
 def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, float] | None = None,
                amb_z_m: tuple[float, float] | None = None) -> list[dict]:
     """For each quantity of the law {quantity, axis, at, curves: [{name, x, y}]}: where it is evaluated, in the unit of its axis,
-    and F_x and F_y [N] there. Empty where there is no law by terms (a line of fixed frequency has none). sensor_z_m, amb_z_m: of a
+    and F_x and F_y [N] there; of a law of the signals, what is added to them [µm]. Empty where there is no law by terms (a line of fixed frequency has none). sensor_z_m, amb_z_m: of a
     and b, for a law at one plane and of the tilt."""
     from amb_rotor import _core
     terms = {term["term"]: term["coefficient"] for term in unexplained["terms"]}
     shown = [name for name in _AXES if name in unexplained["depends_on"]]
     if not terms or not shown:
         return []
-    schema = next(effect for effect in _core.effect_catalogue() if effect["id"] == "force_law")
+    signals = unexplained.get("place") == "sensors"
+    law = "signal_law" if signals else "force_law"
+    schema = next(effect for effect in _core.effect_catalogue() if effect["id"] == law)
     names = [parameter["name"] for parameter in schema["parameters"]]
     values = [terms.get(name, 0.0) for name in names]
+    if signals:
+        values[names.index("step_width_m")] = unexplained.get("step_width_m") or schema["parameters"][-1]["typical"]
     if unexplained.get("frequency_hz"):
         values[names.index("time_frequency_hz")] = unexplained["frequency_hz"]
     reach = reaches(runs, weights_of(unexplained, sensor_z_m, amb_z_m))
@@ -87,7 +92,11 @@ def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, flo
         for name, (argument, vector, _, _, _) in _AXES.items():
             value = place.get(name, 0.0)
             arguments[argument] = (value, 0.0) if vector else value
-        return _core.bearing_force("force_law", values, **arguments)
+        if not signals:
+            return _core.bearing_force(law, values, **arguments)
+        signal = arguments.pop("position")
+        told = _core.sensor_signal(law, values, signal, **{key: arguments[key] for key in ("angle_rad", "speed_rad_s", "time_s")})
+        return tuple(1e6 * (after - before) for after, before in zip(told, signal))
 
     result = []
     for name in shown:

@@ -291,7 +291,7 @@
         if (!m) return nothing;
         const line = (y, name, c_) => ({x: m.angle_deg, y: y, name: name, mode: "lines", line: {color: c_, width: 2}});
         return {traces: [line(m.x, "x", colour("blue")), line(m.y, "y", colour("orange"))],
-                layout: {showlegend: true, xaxis: {title: {text: "shaft angle [deg]"}, range: [0, 360], dtick: 90}, yaxis: {title: {text: "force [N]"}}}};
+                layout: {showlegend: true, xaxis: {title: {text: "shaft angle [deg]"}, range: [0, 360], dtick: 90}, yaxis: {title: {text: signals ? "added to the signal [µm]" : "force [N]"}}}};
       }));
     });
   }
@@ -361,8 +361,8 @@
     const t = section("What no effect of the catalogue explains", "A hypothesis, not a finding.");
     add(t, "p", "depends on " + (u.depends_on.join(", ") || "nothing that was measured") + (u.shape ? ": " + u.shape : ""));
     if (u.held_out_gain > 0) add(t, "p", "On the runs that it was not fitted to it takes " + num(100 * u.held_out_gain, 3) + " % of what is left above the noise.");
-    if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => withStd({value: r.coefficient, std: r.std})}],
-      u.terms.concat(u.plane_z_m ? [{term: "plane z_m", coefficient: u.plane_z_m.value, std: u.plane_z_m.std}] : []));
+    if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => r.std === undefined ? num(r.coefficient) : withStd({value: r.coefficient, std: r.std})}],
+      u.terms.concat(u.plane_z_m ? [{term: "plane z_m", coefficient: u.plane_z_m.value, std: u.plane_z_m.std}] : []).concat(u.step_width_m ? [{term: "width w of the step [m]", coefficient: u.step_width_m}] : []));
     law(t);
   }
   // The force of the law over each quantity that it depends on.
@@ -370,14 +370,16 @@
     let row = null;
     D.law.forEach((one, i) => {
       if (i % 2 === 0) row = add(parent, "div", null, "two row");
-      const c = card(row, "The law over the " + one.quantity, "Force at " + (diagnosis.unexplained.plane_z_m ?
-        "that plane" : diagnosis.unexplained.place === "tilt" ? "bearing b, and its opposite at a, over half of b less a" : "bearing a") +
+      const signals = diagnosis.unexplained.place === "sensors";
+      const c = card(row, "The law over the " + one.quantity, (signals ? "What a sensor adds to its signal, over that" : "Force at " +
+        (diagnosis.unexplained.plane_z_m ? "that plane" :
+          diagnosis.unexplained.place === "tilt" ? "bearing b, and its opposite at a, over half of b less a" : "bearing a")) +
         ", as far as the runs without contact went" +
         (one.curves.length > 1 ? "; dashed: the other quantities at the end of their range, solid: at 0." : "."));
       plot(c, 300, () => ({
         traces: one.curves.flatMap((curve, k) => [["x", "blue"], ["y", "orange"]].map(([axis, tone]) => ({x: one.at, y: curve[axis],
-          name: "F" + axis + (curve.name ? ", " + curve.name : ""), mode: "lines", line: {color: colour(tone), width: 2, dash: k ? "dash" : "solid"}}))),
-        layout: {showlegend: true, xaxis: {title: {text: one.axis}}, yaxis: {title: {text: "force [N]"}}}}));
+          name: (signals ? "" : "F") + axis + (curve.name ? ", " + curve.name : ""), mode: "lines", line: {color: colour(tone), width: 2, dash: k ? "dash" : "solid"}}))),
+        layout: {showlegend: true, xaxis: {title: {text: one.axis}}, yaxis: {title: {text: signals ? "added to the signal [µm]" : "force [N]"}}}}));
     });
   }
   function nuisance() {
