@@ -253,7 +253,7 @@ def parameters(terms: list[dict], frequency_hz: float | None = None, place: Plac
                      "neutral": 0.0, "meaning": f"{'signal' if place.kind == 'sensors' else 'force'} per {term.meaning}"})
     if _call_on(terms, WIDTH):
         width = place.step_width_m or _WIDTH_M
-        rows.append({"name": WIDTH, "unit": "m", "lower": width / _WIDTH_REACH, "upper": width * _WIDTH_REACH,
+        rows.append({"name": WIDTH, "unit": "m", "lower": float(f"{width / _WIDTH_REACH:.3g}"), "upper": float(f"{width * _WIDTH_REACH:.3g}"),
                      "typical": float(f"{width:.6g}"), "meaning": "over which the step is rounded off"})
     if place.z_m is not None:
         rows.append({"name": PLANE, "unit": "m", "lower": -_FARTHEST_PLANE_M, "upper": _FARTHEST_PLANE_M,
