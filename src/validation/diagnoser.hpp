@@ -33,6 +33,7 @@ class Diagnoser {
   bool earns(const Trial& trial) const;
   bool promises(const Trial& trial) const;
   Trial jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const;
+  Trial ofLikeliestGain(Trial trial, Through through, int iterations) const;
   void join(const Settings& from, int iterations);
   void joinLate(Diagnosis& out);
   bool staysAstrayThroughContact(const Trial& adopted) const;

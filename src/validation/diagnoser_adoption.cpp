@@ -1,7 +1,9 @@
 // What a diagnosis takes into the model, and out of it again.
 #include <algorithm>
+#include <cmath>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/common_gain.hpp"
 #include "amb_rotor/validation/equivalent_unbalance.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "diagnoser.hpp"
@@ -25,6 +27,8 @@ constexpr int most_refits = 3;
 constexpr double worth_a_look = 0.002, worth_a_place = 0.0012;
 /// Share of what is above the noise without contact that an effect must promise to be sought before a law.
 constexpr double before_a_law = 0.5;
+/// Deviations of the beliefs along a valley that runs do not tell from which on a way back is worth a fit.
+constexpr double worth_a_way = 0.3;
 /// Mean square of a run through contact, over what the runs without leave, from which on effects that show there are looked at.
 constexpr double more_through_contact = 1.015;
 
@@ -54,7 +58,34 @@ Trial Diagnoser::jointly(Settings from, Eigen::VectorXd own, const std::vector<L
     Trial more = candidates_.fit(from, &own, out.local, {through, iterations, true});
     if (more.fit.finite && more.fit.chi2 < out.fit.chi2) out = std::move(more);
   }
-  return out;
+  return ofLikeliestGain(std::move(out), through, iterations);
+}
+
+/// Of gains, Ki and loads that the runs do not tell apart, the likeliest, and what the beliefs leave open of them. Beside a current limit
+/// derivatives are taken by differences, which lend the valley a bend of its own and hold a fit where it has come from.
+Trial Diagnoser::ofLikeliestGain(Trial trial, Through through, int iterations) const {
+  if (!trial.fit.finite) return trial;
+  const auto moved = [&](const Eigen::VectorXd& way, int of_iterations) {
+    Trial at = trial;
+    at.fit.x = trial.space->clamped(trial.fit.x + way);
+    const Eigen::VectorXd own = at.nuisance();
+    return candidates_.fit(at.effects(), &own, at.local, {through, of_iterations, of_iterations > 0});
+  };
+  Eigen::VectorXd along = alongCommonGain(*trial.space, trial.fit.x);
+  PullOfBeliefs pull = pullAlong(*trial.space, trial.fit.x, along);
+  if (!(pull.deviation > 0.0)) return trial;
+  if (std::fabs(pull.way) > worth_a_way * pull.deviation && moved(pull.way * along, 0).fit.chi2 < trial.fit.chi2) {
+    Trial more = moved(pull.way * along, iterations);
+    if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) {
+      trial = std::move(more);
+      along = alongCommonGain(*trial.space, trial.fit.x);
+      pull = pullAlong(*trial.space, trial.fit.x, along);
+    }
+  }
+  double rise = -2.0 * trial.fit.chi2;
+  for (const double side : {-1.0, 1.0}) rise += moved(side * pull.deviation * along, 0).fit.chi2;
+  if (std::isfinite(rise)) widenAlong(pull.deviation / std::sqrt(std::max(1.0, 0.5 * rise)) * along, trial.fit.covariance);
+  return trial;
 }
 
 /// The model as it stands with these values of its effects, refitted to all runs.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/validation/common_gain.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -134,11 +135,7 @@ Eigen::VectorXd deviationAlongEquivalents(const Model& belief, const FitSpace& s
 void widenAlongEquivalents(const Model& belief, const FitSpace& space, const Eigen::VectorXd& x, Eigen::MatrixXd& covariance) {
   const auto& fitted = space.fitted();
   if (std::any_of(fitted.begin(), fitted.end(), [](const EffectSetting& e) { return e.id == "shaft_flexibility"; })) return;
-  const Eigen::VectorXd deviation = deviationAlongEquivalents(belief, space, x);
-  double known = 1.0;  // the least share of its variance along the line that a coordinate has already
-  for (long k = 0; k < x.size(); ++k)
-    if (deviation[k] != 0.0) known = std::min(known, covariance(k, k) / (deviation[k] * deviation[k]));
-  if (deviation.allFinite()) covariance += (1.0 - known) * deviation * deviation.transpose();
+  widenAlong(deviationAlongEquivalents(belief, space, x), covariance);
 }
 
 }  // namespace amb_rotor
