@@ -13,8 +13,9 @@ Drawn: mass 1.2 to 12 kg, lever arms that differ, Ki, bias, gap, gravity or none
 at 8, 10 and 20 kHz, delays of 30 to 170 us, two in five rigs with a polar inertia, contact and friction. Off by their
 stated uncertainty: mass, Ki, contact stiffness, unbalance, constant speeds (0.1 %), the sensors' offset and drift.
 With --offsets loop the controller acts on the sensors' offset and drift, and the offset is one for all runs; else it lies in
-the recording alone. With --integrators settled its integrators stand where they come to rest when a recording begins; else
-at 0. Two fifths of the sensors' noise goes round the loop; `noise_rms` states all of it, measured from the same runs.
+the recording alone; sensor_dead_zone is made with loop only. With --integrators settled its integrators stand where they
+come to rest when a recording begins; else at 0. Two fifths of the sensors' noise goes round the loop; `noise_rms` states
+all of it, measured from the same runs.
 Effects with contact are always recorded with rubs and drops, the others in half of the sets.
 
 Left out: quantised currents finer than 1 mA, speeds that a rub slows down, friction off by its uncertainty.
@@ -156,6 +157,7 @@ class Recorder:
         self.amplifier_noise = dice.uniform(0.002, 0.008, 4)
         self.offset = OFFSET_M * dice.normal(size=4)
         self.clearance = truth["auxiliary_bearing"]["clearance_m"]
+        self.most_swayed = None  # if set, how far noise in the loop may move the channels of a run without contact, rms
 
     def quiet(self, effects, run, angle, disturbance=None, law=None, offsets=None):
         extra = dict(law or {}, integral_settled=float(self.integrators_settled))
@@ -164,6 +166,10 @@ class Recorder:
         return sets.record(self.simulator, self.truth, effects, run, angle, disturbance, extra=extra, offsets=offsets)
 
     def check_reach(self, run, channels):
+        if any(name.startswith("law_sensor") for name in self.law):
+            knots = sets.spin(run, [], 0.0)
+            spin = np.interp(np.arange(len(channels)) / run["record_hz"], knots[:, 0], knots[:, 1])
+            channels = laws.displacements(channels[:, :4], self.law, spin)
         radius = max(np.hypot(channels[:, e], channels[:, e + 1]).max() for e in (0, 2)) / self.clearance
         if run["kind"] not in CONTACT_KINDS and radius > 0.6:
             raise Unfit(f"{run['id']} reaches {radius:.2f} of the clearance")
@@ -180,10 +186,14 @@ class Recorder:
             acted_on = np.array([self.offset, drift]) if self.offsets_in_loop else None
             channels, tacho = self.quiet(effects, run, angle, disturbance, self.law, acted_on)
             self.check_reach(run, channels)
-            if run["kind"] == "steady":
+            free = run["kind"] not in CONTACT_KINDS
+            if run["kind"] == "steady" or free and self.most_swayed is not None:
                 still, _ = self.quiet(effects, run, angle, None, self.law, acted_on)
+                if self.most_swayed is not None and (np.sqrt(np.mean((channels - still) ** 2, axis=0)) > self.most_swayed).any():
+                    raise Unfit(f"the loop's noise decides where the rotor rests in {run['id']}")
+            if run["kind"] == "steady":
                 loop.append((channels - still).std(axis=0))
-            if run["kind"] not in CONTACT_KINDS and (effects or self.law):
+            if free and (effects or self.law):
                 without, _ = self.quiet([], run, angle, disturbance, None, acted_on)
                 changes.append(channels - without)
             shown = channels.copy()
@@ -245,6 +255,8 @@ def try_set(dice, simulator, kind, names, folder, reading):
         raise Unfit("one magnet law or the other")
     if law == "current_stiffening" and belief["gravity_m_s2"] > 0:
         raise Unfit("where the current bears a weight, it hardly changes, and the law is a spring")
+    if law == "sensor_dead_zone" and reading.offsets != "loop":
+        raise Unfit("within the play the bearings push outwards: from its very middle noise decides to which side")
     nuisance = drawn_truth(dice, belief)
     truth = driver.with_nuisance(belief, nuisance)
     with_contact = any(name in cases.CONTACT for name in names) or dice.random() < 0.5
@@ -258,6 +270,11 @@ def try_set(dice, simulator, kind, names, folder, reading):
     if apart:
         law_parameters, noise = sized_law(recorder, law_parameters, runs, *aim)
         recorder.law = law_parameters
+        for name, (low, high) in laws.WITHIN.items():
+            if name in law_parameters and not low <= law_parameters[name] <= high:
+                raise Unfit(f"{name} would have to be {law_parameters[name]:.2g}")
+        if law in laws.OF_SENSORS:
+            recorder.most_swayed = LOUDER * noise
     limited_current(recorder, effects, runs)
     sets.raise_bursts(simulator, truth, effects, runs)
     recordings, noise_m, noise_A, difference = recorder.all(effects, runs)

@@ -16,9 +16,18 @@ tilt_drag               M = -c |theta'| theta'
 swirl_square            at both bearings F = c W |p| (-y, x)
 current_stiffening      at both bearings F = -c |i|^2 p, i the control currents of x and y there
 
+What the four sensors read, each of its own displacement s, before anything else that a sensor does; the controller gets
+it and the recorder. Only with --laws:
+sensor_dead_zone        s - sign(s) min(|s|, d)
+sensor_cubic            s + c s^3
+sensor_saturating       L tanh(s/L)
+sensor_speed_gain       s (1 + c |W|)
+
 p, v: position and velocity of the shaft there, against the stator; W: spin speed.
 """
 import math
+
+import numpy as np
 
 IN_ROUND = {"quadratic_damping": ["velocity"], "cubic_spring": ["position"], "third_harmonic": ["shaft angle"],
             "dry_friction_levitated": ["velocity"]}
@@ -26,11 +35,15 @@ APART = {"plane_quadratic_damping": ["velocity"], "plane_cubic_spring": ["positi
          "plane_speed_damping": ["velocity", "spin speed"], "plane_third_harmonic": ["shaft angle"],
          "tilt_cubic": ["position"], "tilt_drag": ["velocity"], "swirl_square": ["position", "spin speed"],
          "current_stiffening": ["position", "control current"]}
+OF_SENSORS = {"sensor_dead_zone": ["position"], "sensor_cubic": ["position"], "sensor_saturating": ["position"],
+              "sensor_speed_gain": ["position", "spin speed"]}
+APART.update(OF_SENSORS)
 ALL = {**IN_ROUND, **APART}
 BESIDE = 0.3  # how far outside the bearings a plane may lie, over their distance
 # Of the motion in the runs, for a first guess of coefficients: radius [m], speed of it [m/s], spin speed [rad/s]
 RADIUS, SPEED, SPIN = 20e-6, 10e-3, 500.0
 DIFFERENCE = (3.0, 15.0)  # over the noise, of the laws apart
+WITHIN = {"law_sensor_play": (1e-6, 4e-6)}  # what a parameter may come to [m]
 AIM = (3.5, 13.0)         # what is drawn: the noise and angles of the runs to come make a little of it
 # A controller's current follows the position: a spring in r^2 alone leaves a seventh of this law's force, which has to
 # stand out of the noise, or the current would not be there to be found.
@@ -75,11 +88,27 @@ def drawn_apart(dice, law, rig):
         "tilt_drag": {"law_tilt_drag": 2 * damping * arm ** 2 / (SPEED / distance)},
         "swirl_square": {"law_swirl": 0.03 * k / (SPIN * RADIUS)},
         "current_stiffening": {"law_current": 0.1 * k / current ** 2},
+        "sensor_dead_zone": {"law_sensor_play": 2e-6},
+        "sensor_cubic": {"law_sensor_cubic": 0.1 / RADIUS ** 2},
+        "sensor_saturating": {"law_sensor_limit": 2 * RADIUS},
+        "sensor_speed_gain": {"law_sensor_speed": 0.05 / SPIN},
     }[law]
     return parameters, aim, least
 
 
 def scaled(parameters, factor):
-    """The same law with `factor` times its coefficient."""
-    return {name: value if name == "law_z_m" or name.endswith("_phase") else factor * value
-            for name, value in parameters.items()}
+    """The same law with `factor` times its coefficient; that of L tanh(s/L) is 1/L^2."""
+    def power(name):
+        return 0 if name == "law_z_m" or name.endswith("_phase") else -0.5 if name.endswith("_limit") else 1
+    return {name: factor ** power(name) * value for name, value in parameters.items()}
+
+
+def displacements(readings, parameters, spin):
+    """What sensors that read so have before them; spin: the speed [rad/s] at each record."""
+    s = readings + np.sign(readings) * parameters.get("law_sensor_play", 0.0)
+    s = s / (1 + parameters.get("law_sensor_speed", 0.0) * np.abs(spin)[:, None])
+    if c := parameters.get("law_sensor_cubic"):
+        s = 2 / math.sqrt(3 * c) * np.sinh(np.arcsinh(1.5 * math.sqrt(3 * c) * s) / 3)
+    if limit := parameters.get("law_sensor_limit"):
+        s = limit * np.arctanh(np.clip(s / limit, -1 + 1e-15, 1 - 1e-15))
+    return s

@@ -43,7 +43,8 @@ constexpr double kSlipSpeed = 0.01;  // [m/s] of tanh(v/0.01 m/s)
                                                                       P(shape_aux_b) P(law_quadratic) P(law_cubic) \
                                                                           P(law_third) P(law_third_phase) P(law_dry) \
   P(law_z_m) P(law_plane_quadratic) P(law_plane_cubic) P(law_plane_speed) P(law_plane_third)                 \
-      P(law_plane_third_phase) P(law_tilt_cubic) P(law_tilt_drag) P(law_swirl) P(law_current)
+      P(law_plane_third_phase) P(law_tilt_cubic) P(law_tilt_drag) P(law_swirl) P(law_current) \
+  P(law_sensor_play) P(law_sensor_cubic) P(law_sensor_limit) P(law_sensor_speed)
 
 struct Parameters {
 #define P(name) double name;
@@ -121,6 +122,7 @@ struct Machine {
   double k;        // net bearing stiffness, of the force of a bow or a crack
   bool on = true;  // the bearings give force
   bool laws_apart = false;  // one of those of addLawsApart is set
+  bool laws_of_sensors = false;  // one of those of sensorLaws is set
 
   struct Plane {
     double z, shape;
@@ -313,6 +315,32 @@ struct Machine {
     }
     return out;
   }
+
+  // What laws of no catalogue add to a displacement q that is sensed: play -sign(q) min(|q|, d), c q^3,
+  // L tanh(q/L) - q, c |W| q.
+  double misread(double q, double w) const {
+    double change = -std::copysign(std::min(std::abs(q), p.law_sensor_play), q) + p.law_sensor_cubic * q * q * q +
+                    p.law_sensor_speed * std::abs(w) * q;
+    if (p.law_sensor_limit > 0) change += p.law_sensor_limit * std::tanh(q / p.law_sensor_limit) - q;
+    return change;
+  }
+
+  // What they change in the four signals: they act on x and y at the sensor's plane, rotation, runout and gain come on top.
+  // Apart from sensors() for the reason that addLawsApart is; added to what `signal` and `out` hold already for that, too.
+  [[gnu::noinline]] std::array<double, 4> sensorLaws(double t, const State& s) const {
+    std::array<double, 4> out;
+    double theta, w, slope;
+    spin.at(t, theta, w, slope);
+    for (int b = 0; b < 2; ++b) {
+      const double z = b ? p.z_sensor_b : p.z_sensor_a, shape = b ? p.shape_sensor_b : p.shape_sensor_a;
+      const double x = misread(s[XG] + z * s[BE] + shape * s[QX] - s[FX], w);
+      const double y = misread(s[YG] - z * s[AL] + shape * s[QY] - s[FY], w);
+      const double angle = b ? p.angle_b : p.angle_a, c = std::cos(angle), n = std::sin(angle);
+      out[2 * b] = (b ? p.gain_bx : p.gain_ax) * (x * c + y * n);
+      out[2 * b + 1] = (b ? p.gain_by : p.gain_ay) * (y * c - x * n);
+    }
+    return out;
+  }
 };
 
 }  // namespace
@@ -349,6 +377,8 @@ extern "C" int simulate(const double* values, const double* unbalances, int n_un
   for (double c : {p.law_plane_quadratic, p.law_plane_cubic, p.law_plane_speed, p.law_plane_third, p.law_tilt_cubic,
                    p.law_tilt_drag, p.law_swirl, p.law_current})
     m.laws_apart = m.laws_apart || c != 0;
+  for (double c : {p.law_sensor_play, p.law_sensor_cubic, p.law_sensor_limit, p.law_sensor_speed})
+    m.laws_of_sensors = m.laws_of_sensors || c != 0;
   const double period = 1 / p.control_hz, a = std::exp(-2 * kPi * p.filter_hz * period);
   const double lag = 2 * kPi * p.amplifier_hz,
                limit = std::min(p.bias_current, p.max_current - p.bias_current);
@@ -373,6 +403,10 @@ extern "C" int simulate(const double* values, const double* unbalances, int n_un
     if (record < n_records && record / record_hz <= t + tiny) {
       const auto signal = m.sensors(t, s);
       for (int c = 0; c < 4; ++c) out[8 * record + c] = signal[c], out[8 * record + 4 + c] = current[c];
+      if (m.laws_of_sensors) {
+        const auto change = m.sensorLaws(t, s);
+        for (int c = 0; c < 4; ++c) out[8 * record + c] += change[c];
+      }
       if (++record == n_records) return 0;
     }
     if (sample * period <= t + tiny) {
@@ -383,6 +417,10 @@ extern "C" int simulate(const double* values, const double* unbalances, int n_un
       if (offsets)
         for (int c = 0; c < 4; ++c)
           signal[c] += offsets[c] + offsets[4 + c] * std::max(0.0, t) * record_hz / std::max(1, n_records - 1);
+      if (m.laws_of_sensors) {
+        const auto change = m.sensorLaws(t, s);
+        for (int c = 0; c < 4; ++c) signal[c] += change[c];
+      }
       std::array<double, 4> i;
       for (int c = 0; c < 4; ++c) {
         if (first) last[c] = signal[c];

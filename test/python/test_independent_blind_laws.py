@@ -14,6 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "independen
 import blind  # noqa: E402
 import driver  # noqa: E402
 import laws  # noqa: E402
+import sets  # noqa: E402
 
 needs_compiler = pytest.mark.skipif(shutil.which("g++") is None, reason="no compiler")
 QUANTITIES = {"position", "velocity", "spin speed", "shaft angle", "control current", "time"}  # of the format
@@ -68,7 +69,74 @@ def test_a_law_has_parameters_that_the_simulator_knows_and_a_plane_near_the_roto
         assert laws.DIFFERENCE[0] < least <= aim < laws.DIFFERENCE[1]
         half = laws.scaled(parameters, 0.5)
         (changed,) = [key for key in parameters if half[key] != parameters[key]]
-        assert half[changed] == 0.5 * parameters[changed] and changed != "law_z_m" and "phase" not in changed
+        times = 2 ** 0.5 if changed == "law_sensor_limit" else 0.5  # of L tanh(s/L), first of all s - s^3/(3 L^2)
+        assert half[changed] == pytest.approx(times * parameters[changed], rel=1e-15)
+        assert changed != "law_z_m" and "phase" not in changed
+
+
+def test_a_round_of_all_laws_has_those_of_sensors_last():
+    """The sets before them stay what they were."""
+    assert list(laws.ALL)[-len(laws.OF_SENSORS):] == list(laws.OF_SENSORS)
+    assert not set(laws.OF_SENSORS) & set(blind.LAWS)
+
+
+def test_play_needs_offsets_that_the_controller_acts_on(tmp_path, capsys):
+    witness = Witness()
+    for offsets in ("recording", "loop"):
+        blind.make_set(1, 0, witness, tmp_path / "set", blind.Reading(offsets), attempts=1, chosen=["sensor_dead_zone"])
+        assert bool(witness.given) == (offsets == "loop")
+    assert "from its very middle noise decides" in capsys.readouterr().err
+
+
+class Swayed(Witness):
+    """Records a rest at one side of the play with noise in the loop, at the other one without."""
+
+    def __init__(self, apart):
+        super().__init__()
+        self.apart = apart
+
+    def run(self, parameters, unbalances, knots, angle, record_hz, excitation, records, *_, disturbance=None, **__):
+        return np.full((records, 8), self.apart if disturbance is None else 0.0)
+
+
+def test_what_noise_decides_makes_no_set():
+    dice = np.random.default_rng(1)
+    rig = blind.draw_rig(dice)
+    runs = [run for run in sets.plan(rig, duration=0.01) if run["id"] in ("chirp_1", "steady_1")]
+    for apart in (0.9e-6, 1.1e-6):
+        recorder = blind.Recorder(dice, Swayed(apart), rig, {"law_sensor_play": 2e-6}, blind.Reading("loop"))
+        recorder.all([], runs[-1:])
+        recorder.most_swayed = np.full(8, 1e-6)
+        if apart < 1e-6:
+            recorder.all([], runs)
+        else:
+            with pytest.raises(blind.Unfit, match="rests in chirp_1"):
+                recorder.all([], runs)
+
+
+@pytest.mark.parametrize("law, reading", [
+    ({}, 0.7), ({"law_sensor_limit": 0.4}, 0.4 * np.tanh(0.7 / 0.4)), ({"law_sensor_play": 0.2}, 0.5),
+    ({"law_sensor_speed": 1e-3}, 0.7 * (1 + 0.2 * np.pi))])
+def test_how_far_the_rotor_reaches_is_told_by_where_it_is(law, reading):
+    """In clearances; 0.7 is too far for a run without contact, whatever the sensors say."""
+    dice = np.random.default_rng(1)
+    rig = blind.draw_rig(dice)
+    c = rig["auxiliary_bearing"]["clearance_m"]
+    law = {key: value if key == "law_sensor_speed" else value * c for key, value in law.items()}
+    recorder = blind.Recorder(dice, None, rig, law, blind.Reading())
+    with pytest.raises(blind.Unfit, match="reaches 0.70 "):
+        recorder.check_reach({"id": "x", "kind": "steady", "hz": 100.0, "record_hz": 1e4, "records": 5},
+                             np.array([[0, 0, -reading * c, 0, 9, 9, 9, 9]] * 5))
+
+
+@pytest.mark.slow
+@needs_compiler
+def test_a_set_of_a_sensors_law_reads_as_it_says(tmp_path):
+    blind.make_set(5, 2, driver.Simulator(tmp_path), tmp_path / "set", blind.Reading("loop"), chosen=["sensor_speed_gain"])
+    truth = yaml.safe_load((tmp_path / "set/truth.yaml").read_text())
+    assert (truth["law"], truth["depends_on"]) == ("sensor_speed_gain", ["position", "spin speed"])
+    assert set(truth["law_parameters"]) == {"law_sensor_speed"} and truth["effects"] == []
+    assert laws.DIFFERENCE[0] <= truth["difference"] <= laws.DIFFERENCE[1]
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "independent"))
 
 import driver  # noqa: E402
+import laws  # noqa: E402
 
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no compiler")
 
@@ -243,3 +244,157 @@ def test_laws_of_the_bearings_end_with_the_bearings(simulator, name):
     _, _, before = rates(coordinates(channels)[:, ALONE:off])
     free = np.abs(acceleration).max() < 1e-6 * np.abs(before).max()
     assert free == (name in ("swirl_square", "current_stiffening"))
+
+
+# Laws of what sensors read, name: parameters, what a displacement s at a spin speed W reads
+PLAY, CUBIC, LIMIT, GAIN = 2.5e-6, 3e8, 40e-6, 2e-4
+SENSED = {
+    "sensor_dead_zone": ({"law_sensor_play": PLAY}, lambda s, w: np.where(np.abs(s) < PLAY, 0.0, s - np.sign(s) * PLAY)),
+    "sensor_cubic": ({"law_sensor_cubic": CUBIC}, lambda s, w: s + CUBIC * s ** 3),
+    "sensor_saturating": ({"law_sensor_limit": LIMIT}, lambda s, w: LIMIT * np.tanh(s / LIMIT)),
+    "sensor_speed_gain": ({"law_sensor_speed": GAIN}, lambda s, w: s * (1 + GAIN * abs(w))),
+}
+NOTHING = {"law_sensor_play": 0.0, "law_sensor_cubic": 0.0, "law_sensor_limit": 0.0, "law_sensor_speed": 0.0}
+
+
+def test_every_law_of_sensors_is_held_to_something():
+    assert set(SENSED) == set(laws.OF_SENSORS) and set(LAWS) == set(laws.APART) - set(SENSED)
+
+
+@pytest.mark.parametrize("spin", [SPIN, -SPIN, 0.0])
+@pytest.mark.parametrize("name", SENSED)
+def test_each_sensor_reads_what_the_law_makes_of_its_own_displacement(simulator, name, spin):
+    """The passive rotor does not act on what is read: it moves as without the law."""
+    law, read = SENSED[name]
+    without = moved(simulator, {}, pushes(), spin=spin)
+    s = without[:, :4]
+    shown = moved(simulator, law, pushes(), spin=spin)
+    assert np.abs(shown[:, :4] - read(s, spin)).max() < 1e-12 * np.abs(s).max()
+    assert np.array_equal(shown[:, 4:], without[:, 4:])
+    change = np.abs(shown[:, :4] - s).max(axis=0)
+    assert (change > 0.01 * np.abs(s).max(axis=0)).all() or (name == "sensor_speed_gain" and spin == 0.0 == change.max())
+
+
+def test_play_shows_nothing_at_all_of_what_is_within_it(simulator):
+    s = moved(simulator, {}, pushes())[:, :4]
+    shown = moved(simulator, {"law_sensor_play": 1.001 * np.abs(s).max()}, pushes())[:, :4]
+    assert np.abs(shown).max() < 1e-12 * np.abs(s).max()
+
+
+def test_what_a_sensor_does_otherwise_comes_on_top(simulator):
+    """Read, then turned, then with runout, then amplified."""
+    law, read = SENSED["sensor_cubic"]
+    s = read(moved(simulator, {}, pushes())[:, :4], SPIN)
+    other = {"angle_b": 0.3, "runout_b1": 4e-6, "runout_b1_phase": 0.2, "gain_bx": 1.1, "gain_by": 0.8}
+    shown = moved(simulator, law, pushes(), **other)
+    turn = ANGLE + SPIN * np.arange(len(s)) / RATE + 0.2
+    bx = 1.1 * (s[:, 2] * np.cos(0.3) + s[:, 3] * np.sin(0.3) + 4e-6 * np.cos(turn))
+    by = 0.8 * (s[:, 3] * np.cos(0.3) - s[:, 2] * np.sin(0.3) + 4e-6 * np.sin(turn))
+    assert np.abs(shown[:, :4] - np.column_stack([s[:, 0], s[:, 1], bx, by])).max() < 1e-11 * np.abs(s).max()
+
+
+@pytest.mark.parametrize("name", SENSED)
+def test_what_was_sensed_is_got_back_from_what_is_read(simulator, name):
+    law, read = SENSED[name]
+    s = moved(simulator, {}, pushes())[::10, :4]
+    back = laws.displacements(read(s, SPIN), law, np.full(len(s), SPIN))
+    seen = read(s, SPIN) != 0
+    assert np.abs(back - s)[seen].max() < 1e-9 * np.abs(s).max()
+    assert np.abs(back - s).max() <= law.get("law_sensor_play", 1e-12)
+
+
+# Levitated: springs that push outwards, as magnets do, held by currents from the sensors
+KI, KS, KP, KD, LOAD = 137.0, 6e5, 7500.0, 12.0, (4.0, -7.0)
+
+
+def levitated(simulator, law, excitation=None, records=400, spin=0.0, disturbance=None, offsets=None, **other) -> np.ndarray:
+    parameters = {"mass": MASS, "transverse_inertia": TILT, "z_amb_a": -0.09, "z_amb_b": 0.09, "z_sensor_a": -0.09,
+                  "z_sensor_b": 0.09, "clearance": 1.0, "ki_force": KI, "ks": KS, "kp": KP, "kd": KD, "load_x": LOAD[0],
+                  "load_y": LOAD[1], "gain_ax": 1, "gain_ay": 1, "gain_bx": 1, "gain_by": 1, "control_hz": 2e4,
+                  "filter_hz": 3e3, "amplifier_hz": 3e3, "bias_current": 1e3, "max_current": 2e3, "delay": 3e-5,
+                  **other, **law}
+    return simulator.run(parameters, [], [[0.0, spin]], ANGLE, 1e4, excitation, None if excitation is not None else records,
+                         settle=1.0, step=2e-5, disturbance=disturbance, offsets=offsets)
+
+
+@pytest.mark.parametrize("spin", [0.0, 300.0])
+@pytest.mark.parametrize("name", SENSED)
+def test_the_controller_holds_a_load_by_what_it_reads(simulator, name, spin):
+    """At rest Ki i + Ks s + F/2 = 0 at each end, where i = -kp read(s): of s there is one, beyond the play."""
+    law, read = SENSED[name]
+    channels = levitated(simulator, law, spin=spin)
+    assert np.ptp(channels, axis=0).max() < 1e-9, "it has not come to rest"
+    shown, current = channels[-1, :4], channels[-1, 4:]
+    assert np.allclose(current, -KP * shown, rtol=1e-9)
+    s = -(KI * current + np.tile(LOAD, 2) / 2) / KS
+    assert np.allclose(shown, read(s, spin), rtol=1e-8)
+    linear = np.tile(LOAD, 2) / 2 / (KI * KP - KS)
+    if name == "sensor_dead_zone":
+        assert np.allclose(s, linear + np.sign(linear) * KI * KP * PLAY / (KI * KP - KS), rtol=1e-8)
+    elif name == "sensor_speed_gain":
+        assert np.allclose(s, np.tile(LOAD, 2) / 2 / (KI * KP * (1 + GAIN * spin) - KS), rtol=1e-8)
+    else:
+        assert (np.abs(s) < np.abs(linear)).all() if name == "sensor_cubic" else (np.abs(s) > np.abs(linear)).all()
+
+
+def shaken(size_A, records=4000):
+    """Excitation [A] along x at 40 Hz."""
+    return size_A * np.outer(np.sin(2 * np.pi * 40 * np.arange(records) / 1e4), [1, 0, 1, 0])
+
+
+@pytest.mark.parametrize("name, slope", [
+    ("sensor_dead_zone", lambda s: 1.0), ("sensor_cubic", lambda s: 1 + 3 * CUBIC * s ** 2),
+    ("sensor_saturating", lambda s: 1 - np.tanh(s / LIMIT) ** 2), ("sensor_speed_gain", lambda s: 1 + GAIN * 300.0)])
+def test_about_its_rest_the_levitated_loop_answers_as_one_of_that_gain(simulator, name, slope):
+    """A little shaking on top of the load, against sensors of the gain that the law has there."""
+    law, _ = SENSED[name]
+    rest = levitated(simulator, law, spin=300.0)[-1]
+    s = -(KI * rest[4] + LOAD[0] / 2) / KS
+    gain = slope(s)
+    answer = levitated(simulator, law, shaken(1e-4), spin=300.0) - rest
+    alike = {f"gain_{axis}": gain for axis in driver.AXES}
+    still = levitated(simulator, {}, spin=300.0, **alike)[-1]
+    expected = levitated(simulator, {}, shaken(1e-4), spin=300.0, **alike) - still
+    plain = levitated(simulator, {}, shaken(1e-4), spin=300.0) - levitated(simulator, {}, spin=300.0)[-1]
+    for columns in ([0, 2], [4, 6]):
+        largest = np.abs(expected[:, columns]).max()
+        assert np.abs(answer - expected)[:, columns].max() < 1e-3 * largest
+        assert (np.abs(plain - expected)[:, columns].max() > 0.01 * largest) == (name != "sensor_dead_zone")
+
+
+def test_a_sensor_that_saturates_is_first_one_with_a_cube(simulator):
+    """L tanh(s/L) = s - s^3/(3 L^2) + 2 s^5/(15 L^4), s up to L/6."""
+    little = {"load_x": 0.0, "load_y": 0.0}
+    plain, saturating, cubic = (levitated(simulator, law, shaken(0.02), **little) for law in (
+        {}, {"law_sensor_limit": LIMIT}, {"law_sensor_cubic": -1 / (3 * LIMIT ** 2)}))
+    assert LIMIT / 10 < np.abs(saturating[:, :4]).max() < LIMIT / 6
+    for columns in ([0, 2], [4, 6]):
+        law = np.abs(saturating - plain)[:, columns].max()
+        assert law > 3e-3 * np.abs(plain[:, columns]).max()
+        assert np.abs(saturating - cubic)[:, columns].max() < 0.05 * law
+
+
+def test_beyond_the_play_the_sensor_is_off_by_it(simulator):
+    """What the controller gets moves the same as with offsets of that size, which the recorder does not show."""
+    side = np.sign(LOAD * 2)
+    play = levitated(simulator, {"law_sensor_play": PLAY}, shaken(0.002))
+    off = levitated(simulator, {}, shaken(0.002), offsets=[-PLAY * side, np.zeros(4)])
+    assert (np.abs(play[:, :4]) > 0).all() and np.ptp(play[:, 0]) > 0.1 * PLAY
+    assert np.allclose(play[:, :4], off[:, :4] - PLAY * side, rtol=0, atol=1e-13)
+    assert np.allclose(play[:, 4:], off[:, 4:], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("none", [NOTHING, *({key: value} for key, value in NOTHING.items())])
+def test_a_law_of_no_size_is_none(simulator, none):
+    assert np.array_equal(levitated(simulator, none, shaken(0.5)), levitated(simulator, {}, shaken(0.5)))
+    assert np.array_equal(moved(simulator, none, pushes()), moved(simulator, {}, pushes()))
+
+
+def test_play_is_of_the_rotor_and_not_of_the_noise(simulator):
+    """Within the play the currents are those of the noise alone, in full, whatever the rotor does."""
+    noise = 1e-8 * np.random.default_rng(3).normal(size=(400, 4))
+    held = {"ks": -KS, "load_x": 0.0, "load_y": 0.0, "disturbance": noise}
+    hanging = levitated(simulator, {"law_sensor_play": 1e-5}, **held)
+    deaf = levitated(simulator, {}, **{**held, "ki_force": 0.0})
+    assert np.abs(hanging[:, :4]).max() < 1e-18 and np.abs(deaf[:, 4:]).max() > KP * 1e-8
+    assert np.abs(hanging - deaf)[:, 4:].max() < 1e-9 * np.abs(deaf[:, 4:]).max()
