@@ -8,6 +8,7 @@
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/ranking.hpp"
+#include "amb_rotor/validation/starts.hpp"
 #include "diagnoser.hpp"
 #include "foreseen.hpp"
 
@@ -18,8 +19,8 @@ namespace {
 /// iterations do not bring it to its end, and what the refit leaves on the runs to validate decides.
 constexpr double exchanged_leaves = 0.8;
 constexpr int iterations_without = 6;
-/// Iterations that follow the best look in the place of the last one.
-constexpr int iterations_on = 10;
+/// Iterations of an effect in the place of the last one, from next to nothing: no step then leads away from the rest. Of the best after that.
+constexpr int iterations_from_nothing = 4, iterations_on = 10;
 /// Numbers of an effect that is looked at in the place of the last whatever it promises: beside a nuisance that has been pulled next to
 /// where the loop is no longer stable first order tells nothing of a lag that puts it right.
 constexpr std::size_t few_numbers = 2;
@@ -40,6 +41,7 @@ Diagnoser::Instead Diagnoser::lookInstead() {
   for (std::size_t i = 0; i < adopted_.size() && !hurried(); ++i) {
     if (needsContact(adopted_[i].id)) continue;
     const bool last = i + 1 == adopted_.size();
+    if (last && best.trial.usable()) break;  // one of the earlier stood in
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
     const Eigen::VectorXd own = joint_.nuisance();
@@ -48,28 +50,35 @@ Diagnoser::Instead Diagnoser::lookInstead() {
     rest = without.effects();
     References there = candidates_.referencesWithoutContact(without, without);
     const auto leavesOf = [](const Trial& one) { return one.usable() ? 0.5 * (one.fit.squares - one.fit.count) : 1e300; };
-    const auto lookAt = [&](const std::string& name) {
-      progress(0.9, name + " in the place of " + adopted_[i].id);
-      return candidates_.look(name, rest, there, {});
+    const auto tell = [&](const std::string& name) { progress(0.9, name + " in the place of " + adopted_[i].id); };
+    const auto goneOn = [&](const Settings& from, const Trial& at, int iterations) {
+      const Eigen::VectorXd nuisance = at.nuisance();
+      Trial out = candidates_.fit(from, &nuisance, at.local, {Through::free, iterations});
+      out.effect = from.back().id;
+      return out;
     };
     Trial one = notFollowed();
     if (last) {
       for (const std::string& name : names) {
         if (!isOfFewNumbers(name) || hurried()) continue;
-        Trial other = lookAt(name);
-        if (leavesOf(other) < std::min(leavesOf(one), there.most())) one = std::move(other);
+        std::string unused;
+        const auto starts = startingValues(name, candidates_.belief(), candidates_.recordings(), unused);
+        if (starts.empty()) continue;
+        tell(name);
+        Settings start = rest;
+        start.push_back(nextToNothing({name, starts[0]}));
+        Trial other = goneOn(start, without, iterations_from_nothing);
+        if (leavesOf(other) < leavesOf(one)) one = std::move(other);
       }
       if (!one.usable() || hurried()) continue;
-      const Eigen::VectorXd at = one.nuisance();
-      std::string name = one.effect;
-      one = candidates_.fit(one.effects(), &at, one.local, {Through::free, iterations_on});
-      one.effect = std::move(name);
+      one = goneOn(one.effects(), one, iterations_on);
     } else {
       foresee(candidates_, names, rest, there);
       const auto most = std::max_element(there.promises.begin(), there.promises.end(),
                                          [](const auto& a, const auto& b) { return a.second.evidence < b.second.evidence; });
       if (most == there.promises.end() || there.most() - most->second.evidence > stands) continue;
-      one = lookAt(most->first);
+      tell(most->first);
+      one = candidates_.look(most->first, rest, there, {});
     }
     if (leavesOf(one) >= left) continue;
     left = leavesOf(one);

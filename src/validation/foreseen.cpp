@@ -29,7 +29,13 @@ bool knowsTheAngle(const std::string& effect) {
 
 bool isSize(const ParameterSchema& p) { return p.role == ParameterRole::plain || p.role == ParameterRole::reciprocal; }
 
-/// An effect that hardly acts: what may be 0 or 1 and then does nothing lies next to that.
+std::vector<std::vector<double>> startsOf(const std::string& effect, const Candidates& candidates) {
+  std::string unused;
+  return startingValues(effect, candidates.belief(), candidates.recordings(), unused);
+}
+
+}  // namespace
+
 EffectSetting nextToNothing(EffectSetting effect) {
   scaleStart(effect, next_to_neutral);
   const auto& parameters = effectCatalogue().find(effect.id)->parameters;
@@ -38,13 +44,6 @@ EffectSetting nextToNothing(EffectSetting effect) {
       effect.values[i] = parameters[i].neutral + next_to_neutral * (effect.values[i] - parameters[i].neutral);
   return effect;
 }
-
-std::vector<std::vector<double>> startsOf(const std::string& effect, const Candidates& candidates) {
-  std::string unused;
-  return startingValues(effect, candidates.belief(), candidates.recordings(), unused);
-}
-
-}  // namespace
 
 FirstOrder::FirstOrder(const Trial& all, const std::vector<std::string>& effects)
     : h_(all.fit.normal.h), g_(all.fit.normal.g), chi2_(all.fit.normal.chi2), count_(std::max(2.0, all.fit.count)) {

@@ -47,6 +47,9 @@ std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>&
 /// contact only, and those of which no prediction stays finite.
 void foresee(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted, References& references);
 
+/// An effect that hardly acts: what may be 0 or 1 and then does nothing lies next to that.
+EffectSetting nextToNothing(EffectSetting effect);
+
 /// Whether a start next to nothing stands for an effect: not where it puts other numbers in place of the rig's, nor where one of the
 /// rig's stands in for it.
 bool hasASmallStart(const std::string& effect);
