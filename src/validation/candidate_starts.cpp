@@ -8,6 +8,7 @@
 #include "amb_rotor/validation/starts.hpp"
 #include "candidates.hpp"
 #include "foreseen.hpp"
+#include "seen_shapes.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -75,7 +76,14 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
       followed = std::min(order.size(), followed_hills);
     } else {
       std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return gains[a].gain > gains[b].gain; });
-      followed = gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : followed_starts;
+      if (hasShapes(starts[0].back().id)) {  // of each frequency the better shape: two of one hill would leave the others out
+        std::vector<std::size_t> different;
+        for (const std::size_t i : order)
+          if (std::none_of(different.begin(), different.end(), [&](std::size_t d) { return starts[d].back().values[0] == starts[i].back().values[0]; }))
+            different.push_back(i);
+        order = std::move(different);
+      }
+      followed = order.size() < 2 || gains[order[0]].gain > clearly_better * gains[order[1]].gain ? 1 : std::min(order.size(), followed_starts);
     }
     double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
     if (mimicked) {  // where what stands in for the effect is as believed, another size of it does best

@@ -86,8 +86,10 @@ bool Diagnoser::lawLeavesLess() {
   if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
   if (!law_) {
     progress(0.92, "a law in the place of effects");
-    // next to the floor only a law that the measured path shows plainly is worth its search
-    law_ = lawBesideNone(much ? LawEffort::whole : clean() ? LawEffort::foreseen : LawEffort::plain);
+    // next to the floor only a law that the measured path shows plainly is worth its search; effects that take less than two thirds of
+    // little are hardly what is there
+    const bool hardly = !clean() && leavesMoreThanDetails(begun_, errors_);
+    law_ = lawBesideNone(much || hardly ? LawEffort::whole : clean() ? LawEffort::foreseen : LawEffort::plain);
   }
   return amb_rotor::lawLeavesLess(begun_, *law_, errors_, much ? law_share : doubtful_law_share);
 }

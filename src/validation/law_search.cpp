@@ -224,7 +224,11 @@ void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
 /// Of those in order of their chi2: the one of fewest terms that no longer one beats by `least` a term; of equals the one
 /// that depends on fewest quantities.
 const Hypothesis& LawSearch::chosen(const std::vector<Hypothesis>& these, const Stakes& stakes) const {
-  const auto cost = [&](const Hypothesis& one) { return one.chi2 + stakes.least * static_cast<double>(one.terms.size()); };
+  const auto numbers = [&](const Hypothesis& one) {  // the width of a step is one more; a plane all have
+    const bool step = place_.isSensors() && std::any_of(one.terms.begin(), one.terms.end(), [&](int k) { return place_.readsNumber(k - first_); });
+    return static_cast<double>(one.terms.size() + (step ? 1 : 0));
+  };
+  const auto cost = [&](const Hypothesis& one) { return one.chi2 + stakes.least * numbers(one); };
   const auto cheapest =
       std::min_element(these.begin(), these.end(), [&](const Hypothesis& a, const Hypothesis& b) { return cost(a) < cost(b); });
   const Hypothesis* best = &*cheapest;

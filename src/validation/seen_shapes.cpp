@@ -87,8 +87,10 @@ Eigen::Matrix<double, 2, 3> likeliestProducts(const Eigen::MatrixXd& given, cons
   return seen * driven.transpose();
 }
 
+bool hasShapes(const std::string& effect) { return effect == "shaft_flexibility"; }
+
 void addSeenShapes(const Model& belief, const Eigen::VectorXd& nuisance, const References& references, std::vector<Settings>& starts) {
-  if (starts.empty() || starts[0].back().id != "shaft_flexibility") return;
+  if (starts.empty() || !hasShapes(starts[0].back().id)) return;
   const Places at = placesOf(*effectCatalogue().find(starts[0].back().id));
   const std::size_t given = starts.size();
   for (std::size_t n = 0; n < given; ++n) {

@@ -14,6 +14,9 @@ namespace amb_rotor {
 /// The rank-one matrix s p' [2 x 3], row by row in c, that maximises a'c - c'S c/2 nearly.
 Eigen::Matrix<double, 2, 3> likeliestProducts(const Eigen::MatrixXd& squares, const Eigen::VectorXd& along);
 
+/// Whether an effect is a bending mode.
+bool hasShapes(const std::string& effect);
+
 /// Appends to the starts of a bending mode as many with the shapes seen at their frequencies; other effects' stay as they are.
 void addSeenShapes(const Model& belief, const Eigen::VectorXd& nuisance, const References& references, std::vector<Settings>& starts);
 
