@@ -88,6 +88,7 @@ Inputs<double> PlantCore::present(const Shaft<double>& shaft, const bool bearing
   const CurrentTrack<double> track(*machine_);
   Inputs<double> in;
   in.shaft = shaft;
+  in.shaft.time = state_.time;  // a message's shaft has none
   for (int a = 0; a < 4; ++a)
     (a % 2 == 0 ? in.bearing_on[a / 2].x : in.bearing_on[a / 2].y) = bearing_on[a] ? 1.0 : 0.0;
   in.contact_mode = state_.contact_mode;
@@ -120,7 +121,7 @@ void PlantCore::describe(const Shaft<double>& shaft, const double sensor_offset[
   Observation<double> seen;
   machine_->observe(in, state_.mechanics.data(), nullptr, seen);
   Vec2<double> signal[2];
-  machine_->signals(shaft, state_.mechanics.data(), signal);
+  machine_->signals(in.shaft, state_.mechanics.data(), signal);
   const double value[4] = {signal[0].x + sensor_offset[0], signal[0].y + sensor_offset[1],
                            signal[1].x + sensor_offset[2], signal[1].y + sensor_offset[3]};
   out.sensor_signal = axisValues(value);

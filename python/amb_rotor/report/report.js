@@ -291,7 +291,7 @@
         if (!m) return nothing;
         const line = (y, name, c_) => ({x: m.angle_deg, y: y, name: name, mode: "lines", line: {color: c_, width: 2}});
         return {traces: [line(m.x, "x", colour("blue")), line(m.y, "y", colour("orange"))],
-                layout: {showlegend: true, xaxis: {title: {text: "shaft angle [deg]"}, range: [0, 360], dtick: 90}, yaxis: {title: {text: signals ? "added to the signal [µm]" : "force [N]"}}}};
+                layout: {showlegend: true, xaxis: {title: {text: "shaft angle [deg]"}, range: [0, 360], dtick: 90}, yaxis: {title: {text: "force [N]"}}}};
       }));
     });
   }
