@@ -10,11 +10,8 @@
 #include "amb_rotor/common/linear_algebra.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
-#include "amb_rotor/effects/force_law.hpp"
-#include "amb_rotor/effects/force_law_at_plane.hpp"
-#include "amb_rotor/effects/force_law_of_tilt.hpp"
-#include "amb_rotor/effects/signal_law.hpp"
 #include "amb_rotor/model/effect_file.hpp"
+#include "law_place.hpp"
 
 namespace amb_rotor {
 
@@ -83,12 +80,9 @@ bool FitProblem::dependsOnAngle(const Model& model) const {
     const EffectSchema* schema = effectCatalogue().find(effect.id);
     if (effect.id == "couple_unbalance") continue;  // no force at standstill
     if (schema->law != nullptr && schema->law->reads(EffectLaw::angle)) return true;
-    if (effect.id == effects::SignalLaw::id)
-      for (int term = 0; term < effects::SignalLaw::term_count; ++term)
-        if (effects::SignalLaw::readsAngle(term) && effect.values[term] != 0.0) return true;
-    if (effect.id == effects::ForceLaw::id || effect.id == effects::ForceLawAtPlane::id || effect.id == effects::ForceLawOfTilt::id)
-      for (int term = 0; term < effects::LawTerms::term_count && schema->parameters[term].role == ParameterRole::plain; ++term)
-        if (effects::LawTerms::readsAngle(term) && effect.values[term] != 0.0) return true;
+    if (const std::optional<LawPlace> law = LawPlace::of(effect.id))
+      for (int term = 0; term < law->terms(); ++term)
+        if (law->readsAngle(term) && effect.values[term] != 0.0) return true;
     for (const auto& p : schema->parameters)
       if (p.role == ParameterRole::phase) return true;
   }

@@ -18,19 +18,31 @@ std::vector<std::string> quantitiesOf(const std::string& meaning) {
   return out;
 }
 
-const EffectSchema& LawPlace::schema() const {
+namespace {
+
+const char* effectAt(LawPlace::Kind kind) {
   switch (kind) {
-    case Kind::magnetic_bearings:
-      return *effectCatalogue().find(effects::ForceLaw::id);
-    case Kind::rotor:
-      return *effectCatalogue().find(effects::ForceLawAtPlane::id);
-    case Kind::tilt:
-      return *effectCatalogue().find(effects::ForceLawOfTilt::id);
-    case Kind::sensors:
-      return *effectCatalogue().find(effects::SignalLaw::id);
+    case LawPlace::Kind::magnetic_bearings:
+      return effects::ForceLaw::id;
+    case LawPlace::Kind::rotor:
+      return effects::ForceLawAtPlane::id;
+    case LawPlace::Kind::tilt:
+      return effects::ForceLawOfTilt::id;
+    case LawPlace::Kind::sensors:
+      return effects::SignalLaw::id;
   }
   AMB_ROTOR_CHECK(false, "every place has its effect");
 }
+
+}  // namespace
+
+std::optional<LawPlace> LawPlace::of(const std::string& effect) {
+  for (const Kind kind : {Kind::magnetic_bearings, Kind::rotor, Kind::tilt, Kind::sensors})
+    if (effect == effectAt(kind)) return LawPlace{kind, 0.0};
+  return {};
+}
+
+const EffectSchema& LawPlace::schema() const { return *effectCatalogue().find(effectAt(kind)); }
 
 int LawPlace::terms() const {
   if (isSensors()) return effects::SignalLaw::term_count;

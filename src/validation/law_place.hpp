@@ -1,6 +1,7 @@
 #pragma once
 // Where a law of no catalogue acts, and which of the program's effects stands for it: force_law at each magnetic bearing,
 // force_law_at_plane at one plane of the rotor, force_law_of_tilt against its tilt, signal_law in the sensors' signals.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct LawPlace {
   static LawPlace atPlane(double z_m) { return {Kind::rotor, z_m}; }
   static LawPlace ofTilt() { return {Kind::tilt, 0.0}; }
   static LawPlace inSensors() { return {Kind::sensors, 0.0}; }
+  /// Of one of those effects, its plane left open; of another none.
+  static std::optional<LawPlace> of(const std::string& effect);
   bool isPlane() const { return kind == Kind::rotor; }
   bool isSensors() const { return kind == Kind::sensors; }
   /// Whether its effect has a number behind the terms that is fitted along with them: the plane, the width of a step.

@@ -115,6 +115,23 @@ def test_unknown_twins_and_contact_are_shown_and_text_is_text(tmp_path, browser)
     assert seen["plots"] == 4 and seen["drawn"] >= 4 and seen["empty"] == 0 and seen["axes"] == 0, "ranking, falling error, two of the law"
 
 
+@needs_browser
+@pytest.mark.parametrize("place, beside, axis", [
+    ("sensors", "What a sensor adds to its signal", "added to the signal [µm]"), ("tilt", "its opposite at a", "force [N]"),
+    ("magnetic_bearings", "Force at bearing a", "force [N]")])
+def test_a_law_is_drawn_as_what_it_is(place, beside, axis, tmp_path, browser):
+    diagnosis = hand_made()
+    width = 8.7e-6 if place == "sensors" else None
+    diagnosis["unexplained"] |= {"place": place, "plane_z_m": None, "step_width_m": width}
+    law = [{"quantity": "position", "axis": "displacement along x [µm]", "at": [-40.0, 40.0],
+            "curves": [{"name": "", "x": [2.0, -2.0], "y": [0.0, 0.0]}]}]
+    path = page.write_report(tmp_path / "r.html", "A <title>", "sub", [], diagnosis, [], law=law)
+    seen, errors = in_browser(browser, path, lambda driver: driver.execute_script(LOOK) | {"axes_of_y": driver.execute_script(
+        "return [...document.querySelectorAll('.js-plotly-plot')].map(p => ((p.layout.yaxis || {}).title || {}).text)")})
+    assert not errors and beside in seen["text"] and axis in seen["axes_of_y"]
+    assert ("width w of the step" in seen["text"]) == (width is not None)
+
+
 def test_an_envelope_keeps_the_extremes():
     values = numpy.random.default_rng(1).normal(size=9999)
     seen = data.envelope(values, 100)

@@ -83,7 +83,7 @@ TEST(CommonGain, ACovarianceIsWidenedToADeviationOnce) {
   EXPECT_NEAR((covariance - once).norm(), 0.0, 1e-8);
 }
 
-/// Gains beside a current limit, on a rig without weight: derivatives by differences held the fit 16 % off, and stated it to 0.2 %.
+/// Gains beside a current limit, on a rig without weight: derivatives by differences held the fit far off, and stated it far too closely.
 TEST(CommonGain, ADiagnosisStatesWhatTheBeliefsLeaveOpen) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("amb_rotor_common_gain_" + std::to_string(::getpid()));
   const MadeDataset made = makeDataset({1100116, {"sensor_gain_error", "current_saturation"}, 4.7, false, folder.string(),

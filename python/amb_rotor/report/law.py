@@ -69,8 +69,8 @@ def reaches(runs: list[dict], weights: tuple[float, float] = (1.0, 0.0)) -> dict
 def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, float] | None = None,
                amb_z_m: tuple[float, float] | None = None) -> list[dict]:
     """For each quantity of the law {quantity, axis, at, curves: [{name, x, y}]}: where it is evaluated, in the unit of its axis,
-    and F_x and F_y [N] there; of a law of the signals, what is added to them [µm]. Empty where there is no law by terms (a line of fixed frequency has none). sensor_z_m, amb_z_m: of a
-    and b, for a law at one plane and of the tilt."""
+    and F_x and F_y [N] there; of a law of the signals, what is added to them [µm]. Empty where there is no law by terms (a line of
+    fixed frequency has none). sensor_z_m, amb_z_m: of a and b, for a law at one plane and of the tilt."""
     from amb_rotor import _core
     terms = {term["term"]: term["coefficient"] for term in unexplained["terms"]}
     shown = [name for name in _AXES if name in unexplained["depends_on"]]
