@@ -279,11 +279,12 @@ std::vector<Hypothesis> LawSearch::screened(const Hypothesis& about) const {
     }
   }
   std::stable_sort(out.begin(), out.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.chi2 < b.chi2; });
-  // of each set of quantities the best: next to each other's size they are alike, and relatives are told apart later
+  // of each set of quantities the best: next to each other's size they are alike, and relatives are told apart later; of signals,
+  // which have few terms, the best of all: about one that nearly does its relatives are not told
   std::vector<Hypothesis> different;
   for (auto& one : out) {
     const auto alike = [&](const Hypothesis& d) { return quantitiesIn(d.terms) == quantitiesIn(one.terms); };
-    if (different.size() < screened_singles && std::none_of(different.begin(), different.end(), alike))
+    if (different.size() < screened_singles && (place_.isSensors() || std::none_of(different.begin(), different.end(), alike)))
       different.push_back(std::move(one));
   }
   return different;
