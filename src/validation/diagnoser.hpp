@@ -62,7 +62,7 @@ class Diagnoser {
     Trial trial, without;
     std::size_t place;  ///< of the one left out
   };
-  Instead lookInstead();
+  Instead lookInstead(const std::vector<Candidate>& ranking);
   bool exchange(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool cleanWithoutContact() const;

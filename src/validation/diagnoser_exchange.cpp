@@ -24,16 +24,31 @@ constexpr int iterations_from_nothing = 4, iterations_on = 10;
 /// Numbers of an effect that is looked at in the place of the last whatever it promises: beside a nuisance that has been pulled next to
 /// where the loop is no longer stable first order tells nothing of a lag that puts it right.
 constexpr std::size_t few_numbers = 2;
+/// Share of an earlier effect's evidence beside the belief that a law of the iron or a limit must have had there to be looked at in its
+/// place whatever it promises: next to nothing these do nothing, or the same as each other.
+constexpr double rival_share = 0.5;
 
 bool isOfFewNumbers(const std::string& effect) {
   return hasASmallStart(effect) && effectCatalogue().find(effect)->parameters.size() <= few_numbers;
 }
 
+/// Effects that beside the belief did nearly as much as this one, and of which first order beside others tells nothing.
+std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<std::string>& names, const std::vector<Candidate>& ranking) {
+  std::vector<std::string> out;
+  const auto alone = [&](const std::string& name) {
+    const auto found = std::find_if(ranking.begin(), ranking.end(), [&](const Candidate& c) { return c.effect == name && c.beside.empty(); });
+    return found == ranking.end() ? 0.0 : found->evidence;
+  };
+  for (const std::string& name : names)
+    if (!needsContact(name) && !hasASmallStart(name) && alone(name) > rival_share * std::max(least_evidence, alone(effect))) out.push_back(name);
+  return out;
+}
+
 }  // namespace
 
-/// The effect that promises to leave least beside all adopted ones but one of the earlier, in its place, and any of few numbers in the place
-/// of the last: looked at, not usable where none leaves far less than the model as it stands.
-Diagnoser::Instead Diagnoser::lookInstead() {
+/// The effect that promises to leave least beside all adopted ones but one of the earlier, in its place, or a rival of that, and any of few
+/// numbers in the place of the last: looked at, not usable where none leaves far less than the model as it stands.
+Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking) {
   Instead best = {notFollowed(), Trial(), 0};
   const std::vector<std::string> names = foreseeTheRest();  // the references are of the model as it stands from here on
   const double stands = references_.most();
@@ -76,9 +91,16 @@ Diagnoser::Instead Diagnoser::lookInstead() {
       foresee(candidates_, names, rest, there);
       const auto most = std::max_element(there.promises.begin(), there.promises.end(),
                                          [](const auto& a, const auto& b) { return a.second.evidence < b.second.evidence; });
-      if (most == there.promises.end() || there.most() - most->second.evidence > stands) continue;
-      tell(most->first);
-      one = candidates_.look(most->first, rest, there, {});
+      std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, ranking);
+      if (most != there.promises.end() && there.most() - most->second.evidence <= stands &&
+          std::find(asked.begin(), asked.end(), most->first) == asked.end())
+        asked.push_back(most->first);
+      for (const std::string& name : asked) {
+        if (hurried()) break;
+        tell(name);
+        Trial other = candidates_.look(name, rest, there, {});
+        if (leavesOf(other) < leavesOf(one)) one = std::move(other);
+      }
     }
     if (leavesOf(one) >= left) continue;
     left = leavesOf(one);
@@ -91,7 +113,7 @@ Diagnoser::Instead Diagnoser::lookInstead() {
 /// Exchanges an earlier effect where the model leaves structure without contact. False: none was.
 bool Diagnoser::exchange(Diagnosis& out) {
   if (adopted_.size() < 2 || hurried() || errors_.validation_error_free < structured_error) return false;
-  Instead other = lookInstead();
+  Instead other = lookInstead(out.ranking);
   if (!other.trial.usable()) return false;
   const Stood before = stood(out);
   out.withdrawn.push_back(adopted_[other.place].id);

@@ -144,5 +144,20 @@ TEST(DiagnosisPairsTest, TheLastOneGivesWayToOneThatPromisedNothing) {
   EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
 }
 
+constexpr double drawn_strength = 0.0;
+
+/// Beside the belief the iron's law takes more than the limit that is there, and beside a delay first order tells nothing of a limit.
+TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimit) {
+  const TwoEffects set("current_saturation", "control_delay", drawn_strength,
+                       {"chirp_1", "chirp_2", "chirp_3", "chirp_4", "steady_2", "steady_4", "step_1"}, 1200118);
+  DiagnosisOptions options;
+  options.candidates = {"current_saturation", "magnetic_nonlinearity", "control_delay", "amplifier_lag"};
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(added(found), (std::set<std::string>{"current_saturation", "control_delay"}));
+  EXPECT_EQ(found.withdrawn, std::vector<std::string>{"magnetic_nonlinearity"});
+  ASSERT_FALSE(found.steps.empty());
+  EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
+}
+
 }  // namespace
 }  // namespace amb_rotor
