@@ -6,6 +6,9 @@
 // chi2 by 2 D'r - D'D (amb_rotor/validation/start_screen.hpp). The static softness that the mode adds goes with the square of its
 // shapes over that of its frequency, and stands: the shapes go along. The best of them are fitted.
 //
+// A crack half a turn on. What its stiffness does twice a turn is the same there, what it does once and thrice a turn has the other
+// sign; a nuisance that has been pulled away holds the wrong one.
+//
 // A friction that falls with the slip v, mu_d + (mu_s - mu_d) exp(-v/v_s), over another v_s. Runs tell of it at the slips that they
 // have, mostly the rotor's radius times its speed; two laws that agree there are as good as each other, and a fit ends at the one where
 // it began.
@@ -13,6 +16,7 @@
 #include <cmath>
 
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "candidate_hills.hpp"
 #include "foreseen.hpp"
@@ -26,6 +30,8 @@ constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015;
 /// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
 constexpr double ringing = 0.008, worth_climbing = 20.0;
 constexpr std::size_t most_hills = 2, models_at_once = 8;
+/// Mean square over the noise below which nothing is to be had by a crack half a turn on.
+constexpr double next_to_nothing = 1.06;
 /// Times the speed over which a friction falls, the lesser where no law agrees so far off, and ratio from which on two slips are apart.
 constexpr double other_falls[] = {3.5, 1.8}, apart = 1.2;
 
@@ -85,6 +91,25 @@ std::vector<EffectSetting> actingAlike(const EffectSetting& effect, const Model&
 }
 
 Trial Candidates::onHighestHill(Trial trial, int iterations) const {
+  return amongFrequencies(halfATurnOn(std::move(trial), iterations), iterations);
+}
+
+Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
+  if (!trial.fit.finite || trial.fit.squares < next_to_nothing * trial.fit.count) return trial;
+  Settings turned = trial.effects();
+  const auto crack = std::find_if(turned.begin(), turned.end(), [](const EffectSetting& e) { return e.id == "shaft_crack"; });
+  if (crack == turned.end()) return trial;
+  double& phase = crack->values[effectCatalogue().find(crack->id)->indexOf("phase_rad")];
+  phase += phase > 0.0 ? -pi : pi;
+  for (const Eigen::VectorXd& nuisance : {Eigen::VectorXd(trial.space->start().head(trial.space->nuisances())), trial.nuisance()}) {
+    if (limit_.isUp()) break;
+    Trial more = fit(turned, &nuisance, trial.local, {Through::free, iterations, true});
+    if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) trial = std::move(more);
+  }
+  return trial;
+}
+
+Trial Candidates::amongFrequencies(Trial trial, int iterations) const {
   const Settings found = trial.effects();
   const auto mode = std::find_if(found.begin(), found.end(), [](const EffectSetting& e) { return e.id == "shaft_flexibility"; });
   if (mode == found.end() || !trial.fit.finite || limit_.isUp()) return trial;

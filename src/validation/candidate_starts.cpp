@@ -29,9 +29,13 @@ constexpr double from_afar = 2.0;
 
 Candidates::Starts Candidates::startsOf(const std::string& effect, const Settings& adopted, const Trial& reference,
                                         std::string& note) const {
-  const double stiffness = reference.space->model(reference.fit.x).rig.auxiliary_bearing.stiffness_N_per_m;
+  SeenContact seen;
+  if (needsContact(effect)) {
+    const auto bearing = reference.space->model(reference.fit.x).rig.auxiliary_bearing;
+    seen = {bearing.stiffness_N_per_m, bearing.friction_coefficient};
+  }
   Starts out;
-  for (const auto& values : startingValues(effect, belief_, recordings_, note, needsContact(effect) ? stiffness : 0.0)) {
+  for (const auto& values : startingValues(effect, belief_, recordings_, note, seen)) {
     out.settings.push_back(adopted);
     out.settings.back().push_back({effect, values});
   }

@@ -34,12 +34,28 @@ constexpr double more_through_contact = 1.015;
 
 bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.id); }
 
+/// Deviations from its belief of the number of the rig that stands in for an effect where a model lacks it. 0: there is none.
+double deviationsOfMimic(const Trial& trial, const std::string& effect) {
+  const std::string& mimic = effectCatalogue().find(effect)->mimic;
+  for (int k = 0; k < trial.space->nuisances(); ++k) {
+    const Coordinate& c = trial.space->coordinates()[k];
+    if (c.name == mimic && c.prior_std > 0.0) return std::fabs(trial.fit.x[k] - c.prior_mean) / c.prior_std;
+  }
+  return 0.0;
+}
+
+/// Whether such a number comes home by the effect, and what the runs to validate are left with allows to believe that.
+bool bringsHome(const Trial& was, const CandidateErrors& was_errors, const Trial& is, const CandidateErrors& errors, const std::string& effect) {
+  return sparesBelief({deviationsOfMimic(was, effect), was_errors}, {deviationsOfMimic(is, effect), errors});
+}
+
 }  // namespace
 
 bool Diagnoser::earns(const Trial& trial) const {
   const bool at_floor = !adopted_.empty() && cleanWithoutContact() && !needsContact(trial.effect);
   const double least = at_floor ? worth_a_place * trial.fit.count : least_evidence;
-  return trial.usable() && trial.evidence >= std::max(least_evidence, least) && bornOut(errors_, trial.errors, adopted_.empty());
+  return trial.usable() && trial.evidence >= std::max(least_evidence, least) &&
+         (bornOut(errors_, trial.errors, adopted_.empty()) || bringsHome(joint_, errors_, trial, trial.errors, trial.effect));
 }
 
 /// Whether a look has brought the windows that it took down from far above the noise to next to it: fitted to some windows, an
@@ -284,7 +300,7 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
     beside = valued(t);
     out.steps.push_back({t.effect, {}, {}});
     adopt(t.effects(), t, out);
-    if (bornOut(before.errors, errors_, false)) {
+    if (bornOut(before.errors, errors_, false) || bringsHome(before.joint, before.errors, joint_, errors_, t.effect)) {
       if (!before.adopted.empty()) takeAnew(out.ranking, beside);
       return &t;
     }

@@ -3,15 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "amb_rotor/validation/ranking.hpp"
 #include "candidates.hpp"
 
 namespace amb_rotor {
 
 /// The finding, readable in one look.
 std::vector<std::string> sentencesOf(const Diagnosis& diagnosis);
-
-/// Prior standard deviations by which chance hardly takes a nuisance from its belief.
-constexpr double far_by_chance = 5.0;
 
 /// What a model that leaves nothing has asked of the belief: one sentence for each nuisance that is farther from it than chance
 /// takes it, and so may stand for an effect that these runs do not tell from it.

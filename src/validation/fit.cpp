@@ -12,6 +12,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/model/effect_file.hpp"
 #include "law_place.hpp"
+#include "trusted_step.hpp"
 
 namespace amb_rotor {
 
@@ -32,16 +33,12 @@ constexpr double settled_share = 0.02;
 /// is left below so many times the noise's square, or the pass before has taken such a share off.
 constexpr double searched_again = 4.0, falling_share = 0.3;
 
-/// Through impacts the linear model of an effect is good for a few of its parameters' scales only: the share of a step
-/// that stays within them.
-double trustedShare(const FitSpace& space, const Eigen::VectorXd& step) {
+/// Through impacts the linear model of an effect is good for a few of its parameters' scales only. Of a nuisance: no bound.
+Eigen::VectorXd trustedLengths(const FitSpace& space) {
   constexpr double trusted_scales = 6.0;
-  double share = 1.0;
-  for (int k = space.nuisances(); k < space.size(); ++k) {
-    const double most = trusted_scales * space.coordinates()[k].scale;
-    if (std::fabs(step[k]) > most) share = std::min(share, most / std::fabs(step[k]));
-  }
-  return share;
+  Eigen::VectorXd out = Eigen::VectorXd::Constant(space.size(), std::numeric_limits<double>::infinity());
+  for (int k = space.nuisances(); k < space.size(); ++k) out[k] = trusted_scales * space.coordinates()[k].scale;
+  return out;
 }
 
 }  // namespace
@@ -239,6 +236,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   const double last_drop = options.scores ? 1.0 : 20.0;
   double gained = 0.0;  // by the last step
   const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
+  const Eigen::VectorXd trusted = trustedLengths(space);
   for (int iteration = 0; iteration < options.most_iterations && !(options.give_up && options.give_up()); ++iteration) {
     Eigen::MatrixXd h = now.h;
     Eigen::VectorXd g = now.g;
@@ -262,12 +260,11 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         const double scale = space.coordinates()[k].scale;
         damped(k, k) += damping * h(k, k) + 1e-9 / (scale * scale);
       }
-      Eigen::VectorXd step = Ldlt(damped).solve(g);
+      const Eigen::VectorXd step = windows ? trustedStep(damped, g, trusted) : Ldlt(damped).solve(g);
       if (!step.allFinite()) {
         damping = std::max(damping * 100.0, 1e-3);
         continue;
       }
-      if (windows) step *= trustedShare(space, step);
       const Eigen::VectorXd x = space.clamped(result.x + step);
       const double expected = step.dot(g);  // about twice the drop of half chi2
       if (expected < options.tolerance * 0.1 * std::max(1.0, chi2) && expected < 0.5 && gained < still_settling * chi2) {

@@ -28,7 +28,18 @@ bool sparesOffsets(const CandidateErrors& before, const CandidateErrors& after) 
          after.validation_error_free < as_near * before.validation_error_free;
 }
 
+/// Deviations of a number of the rig that is at home, and times the error through contact that count as near: windows there come down
+/// to somewhat other floors.
+constexpr double at_home = 3.0, contact_as_near = 1.01;
+
 }  // namespace
+
+bool sparesBelief(const OfBelief& before, const OfBelief& after) {
+  const auto asNear = [](double was, double is, double times) { return was < 0.0 || (is >= 0.0 && is < times * was); };
+  return before.deviations > far_by_chance && after.deviations < at_home &&
+         asNear(before.errors.validation_error_free, after.errors.validation_error_free, as_near) &&
+         asNear(before.errors.validation_error_contact, after.errors.validation_error_contact, contact_as_near);
+}
 
 double excessWithoutContact(const CandidateErrors& errors) {
   const double error = errors.validation_error_free;

@@ -182,12 +182,13 @@ std::vector<double> dragOfPulses(const Model& belief, const std::vector<Recordin
   return {std::max(decay, 0.0), std::max(constant, 0.0) * std::max(inertia, 0.0)};
 }
 
-/// Share of the believed contact stiffness below which the contact counts as softened by what carries it.
-constexpr double much_softer = 0.5;
+/// Share of the believed contact stiffness below which the contact counts as softened by what carries it, and of the believed
+/// friction below which that counts as fallen.
+constexpr double much_softer = 0.5, much_less_friction = 0.6;
 
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason,
-                                                double seen_stiffness_N_per_m) {
+                                                const SeenContact& seen) {
   const EffectSchema& schema = *effectCatalogue().find(effect);
   const auto& rig = belief.rig;
   reason.clear();
@@ -293,9 +294,9 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
       const double mass = share * rig.rotor.mass_kg;
       out.push_back({stiffness, damping * std::sqrt(stiffness * mass), mass});
     };
-    if (seen_stiffness_N_per_m > 0.0 && seen_stiffness_N_per_m < much_softer * kc) {
+    if (seen.stiffness_N_per_m > 0.0 && seen.stiffness_N_per_m < much_softer * kc) {
       for (double mass : {0.005, 0.015, 0.04})
-        for (double damping : {0.3, 1.0}) add(1.0 / (1.0 / seen_stiffness_N_per_m - 1.0 / kc), damping, mass);
+        for (double damping : {0.3, 1.0}) add(1.0 / (1.0 / seen.stiffness_N_per_m - 1.0 / kc), damping, mass);
     } else {
       for (double share : {0.15, 0.6})
         for (double mass : {0.005, 0.015, 0.04}) add(share * kc, 0.3, mass);
@@ -305,8 +306,12 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   if (effect == "velocity_dependent_friction") {
     const double mu = rig.auxiliary_bearing.friction_coefficient;
     // the first is next to the believed law, the last fall far
-    return {with({1.05 * mu, 0.95 * mu, 1.5}), with({1.6 * mu, 0.7 * mu, 1.0}), with({1.6 * mu, 0.7 * mu, 4.0}),
-            with({4.0 * mu, 0.3 * mu, 0.7}),   with({4.0 * mu, 0.3 * mu, 2.5})};
+    std::vector<std::vector<double>> out = {with({1.05 * mu, 0.95 * mu, 1.5}), with({1.6 * mu, 0.7 * mu, 1.0}),
+                                            with({1.6 * mu, 0.7 * mu, 4.0}), with({4.0 * mu, 0.3 * mu, 0.7}),
+                                            with({4.0 * mu, 0.3 * mu, 2.5})};
+    if (seen.friction_coefficient > 0.0 && seen.friction_coefficient < much_less_friction * mu)
+      out.push_back(with({4.0 * mu, seen.friction_coefficient, 0.7}));
+    return out;
   }
   if (effect == "inner_ring_spin") {
     // rings that the weight's friction brings to the rotor's speed in a few, some ten and some hundred ms, with little and

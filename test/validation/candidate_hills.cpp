@@ -1,5 +1,5 @@
-// Other places where an effect may do better: a bending mode that steps make ring, fitted from another frequency, and a friction that
-// falls over another slip.
+// Other places where an effect may do better: a bending mode that steps make ring, fitted from another frequency, a crack half a turn
+// off, and a friction that falls over another slip.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +7,7 @@
 #include "../../src/validation/candidate_hills.hpp"
 #include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
+#include "amb_rotor/common/units.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -25,6 +26,20 @@ TEST(ModeHills, AFitThatEndedBesideTheRightFrequencyIsLedThere) {
   // it is stated to 0.3 Hz there
   EXPECT_NEAR(found.effects()[0].values[0], frequency_hz, 1.5);
   EXPECT_LT(found.fit.chi2, beside.fit.chi2 - 100.0);
+}
+
+TEST(CrackHills, AFitThatEndedHalfATurnOffIsLedBack) {
+  const MadeSet& set = madeSet(1500112, "shaft_crack", 0.0, false, {"chirp_1", "chirp_2", "steady_1", "steady_2", "steady_3", "step_2"});
+  const EffectSetting truth = set.truth().effects.at(0);
+  const Candidates candidates(set.dataset.belief, set.dataset);
+  EffectSetting turned = truth;
+  turned.values[1] += pi;
+  const Trial off = candidates.fit({turned}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 15});
+  ASSERT_GT(std::fabs(std::remainder(off.effects()[0].values[1] - truth.values[1], two_pi)), 2.0) << "it comes back alone: this shows nothing";
+  const Trial found = candidates.onHighestHill(off, 15);
+  // stated to 1e-3 rad
+  EXPECT_NEAR(std::remainder(found.effects()[0].values[1] - truth.values[1], two_pi), 0.0, 0.005);
+  EXPECT_NEAR(found.effects()[0].values[0], truth.values[0], 0.01 * truth.values[0]);
 }
 
 double friction(const std::vector<double>& law, double slip) { return law[1] + (law[0] - law[1]) * std::exp(-slip / law[2]); }

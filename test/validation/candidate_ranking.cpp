@@ -55,6 +55,21 @@ TEST(RankingTest, AForceThatOffsetsInTheLoopStoodForIsBornOut) {
   EXPECT_FALSE(bornOut(both(1.0, -1.0), both(1.0, -1.0), true)) << "offsets of the recording alone";
 }
 
+TEST(RankingTest, AnEffectThatBringsWhatStoodInForItHomeIsBornOut) {
+  const auto spares = [](double was, double is, double error, double contact) {
+    CandidateErrors before = errorsOf(1.0), after = errorsOf(error);
+    before.validation_error_contact = 0.9;
+    after.validation_error_contact = contact;
+    return sparesBelief({was, before}, {is, after});
+  };
+  EXPECT_TRUE(spares(13.0, 0.2, 1.0, 0.9)) << "the errors stay, the friction comes home";
+  EXPECT_FALSE(spares(4.0, 0.2, 1.0, 0.9)) << "it was no farther than chance may take it";
+  EXPECT_FALSE(spares(13.0, 6.0, 1.0, 0.9)) << "it stays away";
+  EXPECT_FALSE(spares(13.0, 0.2, 1.01, 0.9)) << "the runs without contact are left farther off";
+  EXPECT_FALSE(spares(13.0, 0.2, 1.0, 0.95)) << "those with contact are";
+  EXPECT_FALSE(spares(13.0, 0.2, 1.0, -1.0)) << "those with contact were not judged";
+}
+
 TEST(RankingTest, ACandidateValuedAnewTakesItsPlace) {
   std::vector<Candidate> ranking = {ranked("a", 500.0), ranked("b", 200.0), ranked("c", 195.0)};
   markConfounded(ranking);

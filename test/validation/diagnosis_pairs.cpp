@@ -159,5 +159,23 @@ TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimit) {
   EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
 }
 
+/// All slips are fast there, so that a friction of a quarter of the believed one leaves as little, 13 of its deviations away. Between
+/// two numbers of the law that hardly show then a plain step is of no size that counts.
+TEST(DiagnosisPairsTest, AFrictionThatFellBringsItsBeliefHome) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  const TwoEffects set("velocity_dependent_friction", "stiffness_anisotropy", drawn_strength,
+                       {"chirp_1", "steady_2", "steady_4", "drop_1", "drop_2", "rub_1", "rub_2"}, 1500084);
+  DiagnosisOptions options;
+  options.candidates = {"velocity_dependent_friction", "stiffness_anisotropy"};
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(added(found), (std::set<std::string>{"velocity_dependent_friction", "stiffness_anisotropy"}));
+  for (const auto& step : found.steps) {
+    const auto& truth = *std::find_if(set.made.truth.effects.begin(), set.made.truth.effects.end(),
+                                      [&](const EffectSetting& e) { return e.id == step.added; });
+    for (std::size_t i = 0; i < step.parameters.size(); ++i)
+      EXPECT_NEAR(step.parameters[i].value, truth.values[i], 3.0 * step.parameters[i].std) << step.parameters[i].name;
+  }
+}
+
 }  // namespace
 }  // namespace amb_rotor

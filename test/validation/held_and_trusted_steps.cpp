@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
+#include "../../src/validation/trusted_step.hpp"
 #include "../support/made_sets.hpp"
 #include "../support/models.hpp"
 #include "../support/own_effect.hpp"
@@ -40,6 +42,29 @@ TEST(FitTest, WhatNoRunDeterminesIsAsUncertainAsItsRange) {
     ++aux;
   }
   EXPECT_EQ(aux, 2);
+}
+
+TEST(TrustedStep, AlongWhatHardlyShowsItIsShortAndWholeAlongTheRest) {
+  const double free = std::numeric_limits<double>::infinity();
+  Eigen::Matrix3d h = Eigen::Vector3d(2e7, 3e5, 1e-4).asDiagonal();
+  const Eigen::Vector3d whole(0.004, -0.02, 2e3), lengths(0.5, free, 6.0);
+  const Eigen::VectorXd step = trustedStep(h, h * whole, lengths);
+  // what holds the third to 6 of 2e3 weighs 1e-4 * 2e3 / 6 = 0.03, of a unit of the first 1.2 / 0.5^2 = 5: nothing to its 2e7; the
+  // rest is what is cut off in the end
+  EXPECT_NEAR(step[0], whole[0], 2e-3 * std::fabs(whole[0]));
+  EXPECT_NEAR(step[1], whole[1], 2e-3 * std::fabs(whole[1])) << "without a bound";
+  EXPECT_DOUBLE_EQ(step[2], 6.0);
+  EXPECT_EQ(trustedStep(h, h * Eigen::Vector3d(0.004, -0.02, 5.0), lengths)[2], 5.0) << "within: the plain step";
+}
+
+TEST(TrustedStep, FollowsAValleyAcrossItsAxes) {
+  // two numbers that show by their sum, which is off by 1 a little less than it looks, and their difference by next to nothing
+  Eigen::Matrix2d h;
+  h << 1e4, 1e4 - 1e-3, 1e4 - 1e-3, 1e4;
+  const Eigen::Vector2d lengths(2.0, 2.0), g = h * Eigen::Vector2d(300.5, -299.5);
+  const Eigen::VectorXd step = trustedStep(h, g, lengths);
+  EXPECT_NEAR(step.sum(), 1.0, 3e-3) << "a share of the whole step would leave 0.993 of it";
+  EXPECT_DOUBLE_EQ(step.cwiseAbs().maxCoeff(), 2.0);
 }
 
 TEST(FitTest, HeldCoordinatesStayAndTheOthersGoAsWithoutThem) {

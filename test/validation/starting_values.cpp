@@ -116,6 +116,18 @@ TEST(StartingValuesTest, DifferencesOfADragTurnTheShaftByLittle) {
   }
 }
 
+TEST(StartingValuesTest, AFallingFrictionStartsAtWhatWasSeenOfIt) {
+  const Model rig = belief();
+  const double mu = rig.rig.auxiliary_bearing.friction_coefficient;
+  std::string unused;
+  const auto of = [&](double seen) {
+    return startingValues("velocity_dependent_friction", rig, {recording(RunKind::drop, false)}, unused, {0.0, seen});
+  };
+  ASSERT_EQ(of(0.25 * mu).size(), of(0.0).size() + 1);
+  EXPECT_EQ(of(0.25 * mu).back()[1], 0.25 * mu);
+  EXPECT_EQ(of(0.9 * mu), of(0.0)) << "about as believed";
+}
+
 TEST(StartingValuesTest, EveryEffectStartsInsideItsLimits) {
   const std::vector<Recording> all = {recording(RunKind::steady, false), recording(RunKind::drop, false)};
   int effects = 0;

@@ -10,14 +10,16 @@ namespace amb_rotor::effects {
 
 struct VelocityDependentFriction {
   static EffectSchema schema() {
-    return {"velocity_dependent_friction", "friction falls with sliding speed (Stribeck)",
-            "contact at different sliding speeds",
-            {parameter("static_coefficient", "1", 0.0, 2.0, 0.25, std::nan(""), "mu_s, at rest",
-                       ParameterRole::rise),
-             parameter("dynamic_coefficient", "1", 0.0, 2.0, 0.08, std::nan(""), "mu_d, sliding fast"),
-             parameter("speed_m_per_s", "m/s", 1e-4, 1e3, 2.0, std::nan(""), "v_s",
-                       ParameterRole::reciprocal)},
-            true};
+    EffectSchema schema = {"velocity_dependent_friction", "friction falls with sliding speed (Stribeck)",
+                           "contact at different sliding speeds",
+                           {parameter("static_coefficient", "1", 0.0, 2.0, 0.25, std::nan(""), "mu_s, at rest",
+                                      ParameterRole::rise),
+                            parameter("dynamic_coefficient", "1", 0.0, 2.0, 0.08, std::nan(""), "mu_d, sliding fast"),
+                            parameter("speed_m_per_s", "m/s", 1e-4, 1e3, 2.0, std::nan(""), "v_s",
+                                      ParameterRole::reciprocal)},
+                           true};
+    schema.mimic = "auxiliary_bearing.friction_coefficient";  // where all slips are fast, it is less friction
+    return schema;
   }
 
   template <class S>

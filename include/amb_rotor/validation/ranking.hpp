@@ -22,6 +22,20 @@ constexpr double least_excess_share = 0.15;
 /// @param first  no effect was adopted before, and this one is not yet refitted with everything: through contact less will do
 bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool first);
 
+/// Prior standard deviations by which chance hardly takes a nuisance from its belief.
+constexpr double far_by_chance = 5.0;
+
+/// A model by its errors and by how far a number of the rig lies from its belief, in the deviations stated of that.
+struct OfBelief {
+  double deviations;
+  const CandidateErrors& errors;
+};
+
+/// Whether a number of the rig that stands in for an effect where a model lacks it (less friction for one that falls with the slip,
+/// where all slips are fast) lies farther from its belief than chance takes it, and comes home with the effect, and the runs to
+/// validate are left as near: they show the same of both, and the belief decides.
+bool sparesBelief(const OfBelief& before, const OfBelief& after);
+
 /// Squares above the floor on the runs to validate without contact; 0 where there are none.
 double excessWithoutContact(const CandidateErrors& errors);
 

@@ -8,13 +8,17 @@
 
 namespace amb_rotor {
 
+/// What a model without an effect has taken for the contact. 0: not known.
+struct SeenContact {
+  double stiffness_N_per_m = 0.0;     ///< far below the believed one, a mount starts in series with it
+  double friction_coefficient = 0.0;  ///< far below the believed one, a friction that falls with the slip starts with it at speed
+};
+
 /// Starting parameter sets of an effect for a rig, each in the order of the schema. Empty: it cannot be in this rig
 /// (reason: why).
-/// @param seen_stiffness_N_per_m  that a model without the effect has taken for the contact; far below the believed one, a
-///                                mount starts in series with that. 0: not known
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason,
-                                                double seen_stiffness_N_per_m = 0.0);
+                                                const SeenContact& seen = {});
 
 /// Starting parameter sets of an effect of one's own: where it does nothing (its sizes then follow from the residual in
 /// the first step of a fit), at several places of the range of each number that has no such value (a width, an exponent, a
