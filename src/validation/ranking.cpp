@@ -125,6 +125,11 @@ bool leavesMoreThanDetails(const CandidateErrors& baseline, const CandidateError
   return excessWithoutContact(adopted) > own_details * excessWithoutContact(baseline);
 }
 
+bool leavesMoreThanATrace(const CandidateErrors& baseline, const CandidateErrors& adopted) {
+  constexpr double trace = 0.1;
+  return excessWithoutContact(adopted) > trace * excessWithoutContact(baseline);
+}
+
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law) {
   for (const auto& step : diagnosis.steps) diagnosis.withdrawn.push_back(step.added);
   diagnosis.steps.clear();

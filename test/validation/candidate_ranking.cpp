@@ -165,6 +165,8 @@ TEST(RankingTest, OneEffectThatLeavesMostOfTheExcessIsDoubted) {
   EXPECT_TRUE(leavesMoreThanDetails(errorsOf(1.132), errorsOf(1.084)));
   EXPECT_FALSE(leavesMoreThanDetails(errorsOf(1.132), errorsOf(1.01)));
   EXPECT_FALSE(leavesMoreThanDetails(errorsOf(3.0), errorsOf(1.5))) << "1.25 of 8";
+  EXPECT_TRUE(leavesMoreThanATrace(errorsOf(1.178), errorsOf(1.037))) << "sensors' gains for a dead zone of the current";
+  EXPECT_FALSE(leavesMoreThanATrace(errorsOf(1.178), errorsOf(1.014)));
   EXPECT_FALSE(leavesMoreThanDetails(errorsOf(-1.0), errorsOf(-1.0))) << "no such runs";
 }
 

@@ -67,6 +67,10 @@ bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, cons
 /// all, one that bends towards something else does not.
 bool leavesMoreThanDetails(const CandidateErrors& baseline, const CandidateErrors& adopted);
 
+/// Whether effects leave over a tenth of what was above the floor without contact. A right one that shows leaves 0.01 of the noise above
+/// the floor; noise in the loop may leave more.
+bool leavesMoreThanATrace(const CandidateErrors& baseline, const CandidateErrors& adopted);
+
 /// Effects that have only bent towards a law are taken back, with what was said about them; the law stays.
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law);
 
