@@ -44,7 +44,9 @@ bool Diagnoser::lawIsPlain(double share) {
   if (!plainly_left && (adopted_.empty() || !leavesMoreThanDetails(begun_, errors_))) return false;
   if (hurried() || (!adopted_.empty() && (needsContact(adopted_.back().id) || oneIsForeseen()))) return false;
   progress(share - 0.02, "a law of a few terms");
-  Unexplained law = lawBesideNone(adopted_.empty() ? LawEffort::plain : LawEffort::foreseen);
+  // an effect that leaves over a third of much is hardly all that is there, and a second looked at beside it takes longer than a law
+  const bool much_left = adopted_.size() == 1 && leavesMoreThanDetails(begun_, errors_);
+  Unexplained law = lawBesideNone(adopted_.empty() || much_left ? LawEffort::plain : LawEffort::foreseen);
   if (law.held_out_gain < (law.terms.empty() ? plain_line : plain_gain)) return false;
   law_ = std::move(law);
   return true;
