@@ -83,8 +83,7 @@ bool Diagnoser::lawLeavesLess() {
   // the law is sought in runs without contact: it stands for no effect that shows in contact
   for (const auto& effect : adopted_)
     if (needsContact(effect.id)) return false;
-  const bool trace = leavesMoreThanATrace(begun_, errors_);
-  if (!much && clean() && adopted_.size() < 2 && !trace) return false;
+  if (!much && clean() && adopted_.size() < 2 && !leavesMoreThanATrace(begun_, errors_)) return false;
   // the last word at a time limit: a stand-in that leaves much would hide what the unexplained depends on
   if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
   if (!law_) {

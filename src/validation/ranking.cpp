@@ -32,6 +32,10 @@ bool sparesOffsets(const CandidateErrors& before, const CandidateErrors& after) 
 /// to somewhat other floors.
 constexpr double at_home = 3.0, contact_as_near = 1.01;
 
+bool leavesMoreThan(double share, const CandidateErrors& baseline, const CandidateErrors& adopted) {
+  return excessWithoutContact(adopted) > share * excessWithoutContact(baseline);
+}
+
 }  // namespace
 
 bool sparesBelief(const OfBelief& before, const OfBelief& after) {
@@ -121,14 +125,10 @@ bool lawLeavesLess(const CandidateErrors& baseline, const Unexplained& law, cons
 }
 
 bool leavesMoreThanDetails(const CandidateErrors& baseline, const CandidateErrors& adopted) {
-  constexpr double own_details = 1.0 / 3.0;
-  return excessWithoutContact(adopted) > own_details * excessWithoutContact(baseline);
+  return leavesMoreThan(1.0 / 3.0, baseline, adopted);
 }
 
-bool leavesMoreThanATrace(const CandidateErrors& baseline, const CandidateErrors& adopted) {
-  constexpr double trace = 0.1;
-  return excessWithoutContact(adopted) > trace * excessWithoutContact(baseline);
-}
+bool leavesMoreThanATrace(const CandidateErrors& baseline, const CandidateErrors& adopted) { return leavesMoreThan(0.1, baseline, adopted); }
 
 void preferLaw(Diagnosis& diagnosis, const Unexplained& law) {
   for (const auto& step : diagnosis.steps) diagnosis.withdrawn.push_back(step.added);

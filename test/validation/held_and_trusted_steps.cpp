@@ -58,7 +58,7 @@ TEST(TrustedStep, AlongWhatHardlyShowsItIsShortAndWholeAlongTheRest) {
 }
 
 TEST(TrustedStep, FollowsAValleyAcrossItsAxes) {
-  // two numbers that show by their sum, which is off by 1 a little less than it looks, and their difference by next to nothing
+  // two numbers that show by their sum, which is off by 1; their difference shows by next to nothing, and is off by 600
   Eigen::Matrix2d h;
   h << 1e4, 1e4 - 1e-3, 1e4 - 1e-3, 1e4;
   const Eigen::Vector2d lengths(2.0, 2.0), g = h * Eigen::Vector2d(300.5, -299.5);
