@@ -249,10 +249,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   };
   for (int round = 0; round < approach_rounds && worthwhile() && !limit_.isUp(); ++round) {
     const Eigen::VectorXd own = winner.nuisance();
-    std::vector<LocalState> local = winner.local;
-    if (contact)
-      for (auto& state : local) state = begunAnew(state);
-    Trial more = fit(winner.effects(), &own, local, {contact ? Through::contact : Through::free, approach_iterations, false, true},
+    const FitEffort effort = {contact ? Through::contact : Through::free, approach_iterations, false, true};
+    Trial more = fit(winner.effects(), &own, contact ? begunAnew(winner.local) : winner.local, effort,
                      contact ? &references.prior : nullptr);
     if (more.fit.chi2 >= winner.fit.chi2) break;
     winner = std::move(more);
@@ -289,8 +287,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
 
 bool Candidates::explainsContact(const Trial& trial, const References& references) const {
   const Eigen::VectorXd own = trial.nuisance();
-  const Trial there = fit(trial.effects(), &own, references.contact.local, {Through::contact, first_look_iterations, false, true},
-                          &references.prior);
+  // contact may tell what the runs without leave open of its numbers: gains of all sensors and Ki by one factor
+  const QuadraticPrior prior = {trial.fit.normal.h, trial.fit.x};
+  const Trial there = fit(trial.effects(), &own, references.contact.local, {Through::contact, first_look_iterations, false, true}, &prior);
   const FitResult& reference = (there.stride > 1 ? references.sparse : references.contact).fit;
   return there.fit.finite && Misfit(there.fit, reference, floorOf(references)).takesMost(little_misfit);
 }

@@ -42,11 +42,6 @@ constexpr int contact_iterations = 12;
 /// On some of the windows, with few unknowns.
 const FitEffort contact_effort = {Through::contact, contact_iterations, false, true};
 
-std::vector<LocalState> begunAnew(std::vector<LocalState> local) {
-  for (auto& state : local) state = amb_rotor::begunAnew(state);
-  return local;
-}
-
 /// Unknowns of the effect added last of those that only contact shows.
 std::vector<int> ownThroughContact(const Trial& trial) {
   std::string effect;

@@ -50,10 +50,12 @@ std::vector<bool> heldWithoutContact(const FitSpace& space) {
   return held;
 }
 
-/// What the runs without contact have settled: fits to the others alone leave it there.
+/// What the runs without contact have settled: fits to the others alone leave it there. A prior that is of an effect's numbers, too,
+/// holds them itself, as they hang together.
 std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior& prior) {
   std::vector<bool> held(space.size(), false);
   const int n = space.nuisances();
+  if (prior.centre.size() > n) return held;
   Eigen::MatrixXd h = prior.h;
   for (int k = 0; k < n; ++k) h(k, k) += 1.0 / std::pow(space.coordinates()[k].prior_std, 2);
   const Eigen::MatrixXd covariance = Ldlt(h).solveColumns(Eigen::MatrixXd::Identity(n, n));

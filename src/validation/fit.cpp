@@ -64,6 +64,11 @@ LocalState begunAnew(const LocalState& state) {
   return out;
 }
 
+std::vector<LocalState> begunAnew(std::vector<LocalState> states) {
+  for (LocalState& state : states) state = begunAnew(state);
+  return states;
+}
+
 FitProblem::FitProblem(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m)
     : recordings_(recordings), space_(space), offset_std_(offset_std_m) {
   for (const auto& coordinate : space.coordinates()) {
@@ -158,6 +163,23 @@ void evaluateSettled(const FitProblem& problem, const Eigen::VectorXd& x, const 
   });
 }
 
+namespace {
+
+/// Windows that all begin anew are estimated with sensors that have no offset, which throws those with an impact off: they are searched
+/// again with what the others have found.
+void settleFresh(const FitProblem& problem, const Eigen::VectorXd& x, const std::vector<int>& which, EvaluationOptions evaluation,
+                 std::vector<LocalState>& local) {
+  std::vector<int> fresh;
+  for (const int run : which)
+    if (problem.findsOffsetsByWindows(run) && local[run].window_start.empty()) fresh.push_back(run);
+  if (fresh.empty()) return;
+  evaluation.jacobian = false;
+  std::vector<RunResult> unused;
+  evaluateSettled(problem, x, fresh, local, evaluation, unused);
+}
+
+}  // namespace
+
 Eigen::VectorXd startAtBelief(const FitProblem& problem, const std::vector<int>& which, const std::vector<LocalState>& local) {
   EvaluationOptions alone;
   alone.jacobian = false;
@@ -220,6 +242,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
     return sum;
   };
   evaluation.thorough = options.thorough_first;
+  settleFresh(problem, result.x, which, evaluation, local);
   NormalEquations now = problem.evaluate(result.x, which, local, evaluation);
   evaluation.thorough = false;
   result.finite = now.finite;

@@ -111,5 +111,23 @@ TEST(ScreeningLooks, WhatIsThereThroughContactIsFittedWhenItIsAskedFor) {
   EXPECT_GT(trialOf(screening, "auxiliary_bearing_misalignment").evidence, 1000.0);
 }
 
+/// What the runs without contact leave open of gains is microns next to a clearance.
+TEST(ScreeningLooks, ContactTellsWhatTheRunsWithoutLeaveOpenOfGains) {
+  const MadeSet& set = madeSet(1100116, "sensor_gain_error", 4.0, true, {"chirp_1", "steady_1", "step_1", "drop_1", "rub_1"});
+  Beside beside(set);
+  const std::vector<LocalState>& local = beside.references.free.local;
+  Trial gains = beside.candidates.fit({{"sensor_gain_error", {1.0, 1.0, 1.0, 1.0}}}, nullptr, local, {Through::free, 15});
+  const int first = gains.space->nuisances();
+  const double deviation = std::sqrt(gains.fit.covariance(first, first)), begun = gains.fit.x[first];
+  ASSERT_GT(deviation, 0.002) << gains.space->coordinates()[first].name << " is known, and this shows nothing";
+  gains.fit.x += 3.0 / deviation * gains.fit.covariance.col(first);
+  const Eigen::VectorXd own = gains.nuisance();
+  const auto ledTo = [&](const QuadraticPrior& prior) {
+    return beside.candidates.fit(gains.effects(), &own, local, {Through::contact, 6, false, true}, &prior).fit.x[first];
+  };
+  EXPECT_NEAR(ledTo(beside.references.prior), gains.fit.x[first], 1e-12) << "that of the rig alone holds the gains";
+  EXPECT_NEAR(ledTo({gains.fit.normal.h, gains.fit.x}), begun, deviation);
+}
+
 }  // namespace
 }  // namespace amb_rotor

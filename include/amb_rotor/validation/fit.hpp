@@ -63,6 +63,7 @@ struct LocalState {
 
 /// A run's unknowns without the windows' starts and the offsets that a model has led to.
 LocalState begunAnew(const LocalState& state);
+std::vector<LocalState> begunAnew(std::vector<LocalState> states);
 
 struct RunResult {
   double mean_square = 0.0;             ///< of the residual over the noise; 1 is the floor
@@ -103,6 +104,8 @@ class FitProblem {
   bool holdsContact(int recording) const { return recordings_[recording].holdsContact(); }
   /// Whether an evaluation leads on from what the one before has left of the run.
   bool settlesByPasses(int recording) const { return holdsContact(recording) || recordings_[recording].offsets_in_loop; }
+  /// Whether an evaluation estimates windows with the sensors' offsets that the one before has found.
+  bool findsOffsetsByWindows(int recording) const { return holdsContact(recording) && offset_std_ > 0.0; }
   /// Evaluates the recordings of the given indices (into the list of the constructor), in parallel.
   NormalEquations evaluate(const Eigen::VectorXd& x, const std::vector<int>& which, std::vector<LocalState>& local,
                            const EvaluationOptions& options, std::vector<RunResult>* results = nullptr) const;
