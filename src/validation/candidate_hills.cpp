@@ -33,7 +33,9 @@ constexpr std::size_t most_hills = 2, models_at_once = 8;
 /// Mean square over the noise below which nothing is to be had by a crack half a turn on.
 constexpr double next_to_nothing = 1.06;
 /// Times the speed over which a friction falls, the lesser where no law agrees so far off, and ratio from which on two slips are apart.
-constexpr double other_falls[] = {3.5, 1.8}, apart = 1.2;
+constexpr double other_falls[] = {3.5, 1.8, 1.4}, apart = 1.2;
+/// Ratio of speeds up to which two falls are one.
+constexpr double one_fall = 1.3;
 
 /// The mode at so many times its frequency.
 EffectSetting movedTo(EffectSetting mode, double ratio, double damping_ratio) {
@@ -88,6 +90,11 @@ std::vector<EffectSetting> actingAlike(const EffectSetting& effect, const Model&
     for (const double times : other_falls)
       if (addAt(faster ? times : 1.0 / times)) break;
   return out;
+}
+
+bool actsInOnePlace(const EffectSetting& one, const EffectSetting& other) {
+  const int fall = effectCatalogue().find(one.id)->indexOf("speed_m_per_s");
+  return std::fabs(std::log(one.values[fall] / other.values[fall])) < std::log(one_fall);
 }
 
 Trial Candidates::onHighestHill(Trial trial, int iterations) const {

@@ -10,4 +10,7 @@ namespace amb_rotor {
 /// is known of such.
 std::vector<EffectSetting> actingAlike(const EffectSetting& effect, const Model& belief, const std::vector<Recording>& recordings);
 
+/// Whether two of them are next to the same.
+bool actsInOnePlace(const EffectSetting& one, const EffectSetting& other);
+
 }  // namespace amb_rotor

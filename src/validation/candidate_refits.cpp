@@ -14,6 +14,8 @@ constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
 /// Steps to places where an effect acts alike at the slips of the runs.
 constexpr int alike_rounds = 3;
+/// Such places at most that widen deviations.
+constexpr std::size_t most_alike = 8;
 /// Drop of chi2 for which a fit to everything is worth another round.
 constexpr double worth_anew = 20.0;
 /// Held-out error through contact above which a fit at the noise is none of what is there: starts of windows are fitted.
@@ -200,7 +202,7 @@ Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterati
     trial = std::move(more);
   }
   trial.fit.covariance += spread;
-  return walked(std::move(trial), prior, iterations);
+  return widenedAlike(walked(std::move(trial), prior, iterations), prior);
 }
 
 namespace {
@@ -243,6 +245,26 @@ Trial Candidates::widenedByHollows(Trial trial, const QuadraticPrior& prior) con
   }
   depth = std::min(depth, std::fabs(mean));  // a slope is no hollow
   if (depth > rough) trial.fit.covariance += depth * deviation * deviation.transpose();
+  return trial;
+}
+
+Trial Candidates::widenedAlike(Trial trial, const QuadraticPrior& prior) const {
+  const auto fitFrom = [&](const Settings& effects, const Trial& at, int iterations) {
+    const Eigen::VectorXd nuisance = at.nuisance();
+    return fit(effects, &nuisance, at.local, {Through::contact, iterations}, &prior);
+  };
+  const Trial here = fitFrom(trial.effects(), trial, 0);
+  std::vector<Trial> places = {here};
+  for (std::size_t from = 0; from < places.size() && places.size() < most_alike && !limit_.isUp(); ++from)
+    for (EffectSetting& other : actingAlike(places[from].effects().back(), belief_, recordings_)) {
+      const auto isThere = [&](const Trial& place) { return actsInOnePlace(place.effects().back(), other); };
+      if (std::any_of(places.begin(), places.end(), isThere)) continue;
+      Settings elsewhere = places[from].effects();
+      elsewhere.back() = std::move(other);
+      Trial place = fitFrom(elsewhere, places[from], walking_iterations);
+      if (place.fit.finite && place.fit.chi2 - here.fit.chi2 < end_of_walk) places.push_back(std::move(place));
+    }
+  widenTo(places, here, trial);
   return trial;
 }
 

@@ -209,6 +209,9 @@ class Candidates {
   /// Walks both ways along the valley in which its last effect lies, goes down where the runs with contact have less chi2
   /// there, and widens its covariance by how far they do not tell the places apart.
   Trial walked(Trial trial, const QuadraticPrior& prior, int iterations) const;
+  /// Widens the covariance of a friction that falls with the slip by how far other laws are apart that the runs with contact hardly tell
+  /// from it: see actingAlike().
+  Trial widenedAlike(Trial trial, const QuadraticPrior& prior) const;
   /// Errors on the runs to validate, through contact in every `stride`-th group of windows; keeps their local unknowns
   /// in the trial.
   CandidateErrors judge(Trial& trial, bool with_contact, Judging judging, int stride = 1) const;

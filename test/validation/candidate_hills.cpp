@@ -67,6 +67,8 @@ TEST(FrictionHills, OtherFallsAgreeAtTheSlipsOfTheRuns) {
   recordings[1].speed_rad_s = 180.0;
   EXPECT_TRUE(actingAlike(found, belief, recordings).empty()) << "one slip does not tell two coefficients";
   EXPECT_TRUE(actingAlike({"hertzian_contact", {1e9, 0.1}}, belief, recordings).empty());
+  EXPECT_FALSE(actsInOnePlace(found, others[0]));
+  EXPECT_TRUE(actsInOnePlace(found, {"velocity_dependent_friction", {0.5, 0.08, 0.9}}));
 }
 
 /// The runs' slips tell the two coefficients; from a law with another fall a fit through contact stays there.
@@ -84,6 +86,23 @@ TEST(FrictionHills, AFitThatBeganOverAnotherFallIsLedBack) {
   for (const double slip : {0.5, 1.0, 2.0, 4.0})  // what the static coefficient and the fall share, the runs hardly part
     EXPECT_NEAR(friction(found, slip), friction(truth, slip), 0.03) << slip;
   EXPECT_GT(std::fabs(friction(others[0].values, 0.5) - friction(truth, 0.5)), 0.1) << "there is nothing to be led back from";
+}
+
+/// At the slips of the runs, 2.9 and 8.9 m/s, a coefficient at rest of 0.6 and one of 0.05 that falls over ten times the speed agree.
+TEST(FrictionHills, ALawIsStatedNoCloserThanOnesThatActAlikeAreApart) {
+  const MadeSet& set = madeSet(1500066, "velocity_dependent_friction", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  Candidates candidates(set.dataset.belief, set.dataset);
+  const Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+  References references = candidates.referencesWithoutContact(free, free);
+  candidates.referThroughContact(references);
+  const Eigen::VectorXd own = references.contact.nuisance();
+  const EffectSetting slower = {"velocity_dependent_friction", {0.05, 0.022, 11.0}};
+  const Trial found = candidates.fit({slower}, &own, references.contact.local, {Through::all, 6, true});
+  const auto atRest = [](const Trial& trial) { return trial.space->effectValues(0, trial.fit.x, trial.fit.covariance)[0]; };
+  const auto off = [&](const FittedParameter& p) { return std::fabs(p.value - set.truth().effects.at(0).values[0]) / p.std; };
+  ASSERT_LT(found.fit.squares, 1.1 * found.fit.count);
+  ASSERT_GT(off(atRest(found)), 5.0) << "what is stated allows for it, and this shows nothing";
+  EXPECT_LT(off(atRest(candidates.widenedAlike(found, references.prior))), 3.0);
 }
 
 }  // namespace
