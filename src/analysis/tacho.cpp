@@ -133,6 +133,27 @@ TachoPulses numberPulses(std::vector<double> edges) {
   return pulses;
 }
 
+namespace {
+
+/// Of an edge's time, by the least step between values next to edges, `above` the samples that complete these: uniform within a step.
+double roundingOf(const std::vector<double>& signal, const std::vector<std::size_t>& above, double sample_s) {
+  std::vector<double> values, rises;
+  for (const std::size_t i : above) {
+    if (i == 0 || !std::isfinite(signal[i - 1])) continue;
+    values.insert(values.end(), {signal[i - 1], signal[i]});
+    rises.push_back(signal[i] - signal[i - 1]);
+  }
+  std::sort(values.begin(), values.end());
+  double step = 0.0;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (values[i] > values[i - 1] && (step == 0.0 || values[i] - values[i - 1] < step)) step = values[i] - values[i - 1];
+  if (step == 0.0) return 0.0;
+  std::nth_element(rises.begin(), rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2), rises.end());
+  return step / std::sqrt(12.0) / rises[rises.size() / 2] * sample_s;
+}
+
+}  // namespace
+
 TachoPulses findPulses(const std::vector<double>& time, const std::vector<double>& signal,
                        const TachoOptions& options) {
   requireSameLength(time, signal, "signal");
@@ -180,10 +201,23 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
   const double close = at_level * (high - low);
   const auto steep = std::count_if(above.begin(), above.end(), [&](std::size_t i) { return signal[i] > high - close && signal[i - 1] < low + close; });
   if (2 * static_cast<std::size_t>(steep) > above.size()) pulses.half_width_s = 0.5 * usual;
+  if (pulses.half_width_s == 0.0) pulses.rounding_s = roundingOf(signal, above, usual);
   pulses.faults.insert(pulses.faults.end(), dropouts.begin(), dropouts.end());
   const bool moved = any && low < options.threshold && high >= options.threshold;
   if (pulses.state == TachoState::standstill && moved) pulses.state = TachoState::too_few;
   return pulses;
+}
+
+double edgeScatter(const TachoPulses& pulses) {
+  double squares = 0.0;
+  int count = 0;
+  for (std::size_t i = 3; i < pulses.time.size(); ++i) {
+    if (pulses.turn[i] - pulses.turn[i - 3] != 3) continue;
+    const double third = pulses.time[i] - 3.0 * pulses.time[i - 1] + 3.0 * pulses.time[i - 2] - pulses.time[i - 3];
+    squares += third * third;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares / (20.0 * count)) : 0.0;
 }
 
 SpeedFit fitSpeed(const TachoPulses& pulses, int turns, bool with_acceleration, double edge_std) {

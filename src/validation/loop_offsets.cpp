@@ -87,7 +87,7 @@ LawReading readLaw(const Recording& rec, const Model& belief, double offset_std_
   LawReading out;
   for (int a = 0; a < axis_count; ++a) {
     if (!(rec.noise[a] > 0.0 && rec.noise[axis_count + a] > 0.0)) {
-      out.offset_m[a] = out.integral_A[a] = out.settled_integral_A[a] = std::numeric_limits<double>::quiet_NaN();
+      out.offset_m[a] = out.integral_A[a] = out.settled_integral_A[a] = out.loop_integral_A[a] = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
     // y = -ki I(0) + o (kp + ki t) - (lateness beside the believed) i' + d (kp u + ki t u/2), u = t/T
@@ -118,6 +118,8 @@ LawReading readLaw(const Recording& rec, const Model& belief, double offset_std_
     const Eigen::Vector3d without_drift = Ldlt(products.topLeftCorner<3, 3>()).solve(along.head<3>());
     out.offset_m[a] = without_drift[1];
     out.integral_A[a] = out.settled_integral_A[a] = -without_drift[0];
+    const std::vector<int> without_offset = {0, 2};
+    out.loop_integral_A[a] = -Ldlt(products(without_offset, without_offset)).solve(along(without_offset))[0];
     if (!(offset_std_m > 0.0)) continue;
     products(3, 3) += variance / (offset_std_m * offset_std_m);
     const double begun_at_zero = along.tail<3>().dot(Ldlt(products.bottomRightCorner<3, 3>()).solve(along.tail<3>()));
@@ -228,10 +230,11 @@ void applyLoopReading(std::vector<Recording>& recordings, const Model& belief) {
     Recording& rec = recordings[r];
     if (loop.integrators_settled && !rec.holdsContact()) {
       const LawReading reading = readLaw(rec, belief, offset_std->second);
-      if (reading.settled_integral_A.allFinite()) {
+      const Eigen::Vector4d& held_A = loop.offsets_in_loop ? reading.loop_integral_A : reading.settled_integral_A;
+      if (held_A.allFinite()) {
         const Eigen::Vector4d ripple = integralRipple_m_s(rec);
         for (int a = 0; a < axis_count; ++a)
-          rec.integral_m_s[static_cast<std::size_t>(a)] = reading.settled_integral_A[a] / belief.rig.controller.ki_A_per_m_s - ripple[a];
+          rec.integral_m_s[static_cast<std::size_t>(a)] = held_A[a] / belief.rig.controller.ki_A_per_m_s - ripple[a];
         if (!rec.standstill) rec.integrator_leak_per_s = leak_share * std::fabs(rec.startingSpeed());
       }
     }

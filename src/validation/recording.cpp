@@ -153,7 +153,8 @@ Recording prepareRecording(const Dataset& dataset, const Run& run) {
     rec.angle0_rad = start.angle;
     rec.speed_rad_s = start.speed;
   } else {
-    const double edge_std_s = std::max(least_edge_std_s, rec.pulses.half_width_s / std::sqrt(3.0));
+    const double edge_std_s =
+        std::max({least_edge_std_s, rec.pulses.rounding_s, rec.pulses.half_width_s / std::sqrt(3.0), edgeScatter(rec.pulses)});
     const SpeedFit all = fitSpeed(rec.pulses, 0, false, edge_std_s);
     const bool on_a_line = rec.pulses.half_width_s > 0.0 && all.valid && all.edge_rms < on_one_line * edge_std_s;
     const SpeedFit fit = on_a_line ? all : fitSpeed(rec.pulses, turns_at_start, false, edge_std_s);

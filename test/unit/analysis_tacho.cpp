@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -85,6 +86,27 @@ TEST(AnalysisTacho, RoundingThatRepeatsHidesTheError) {
   // Slope of 11 points: 5.8e-8 s / sqrt(110) a turn, relative to the period.
   EXPECT_NEAR(fit.speed_std / fit.speed, 5.8e-8 / std::sqrt(110.0) / 6.4494e-3, 1e-12);
   EXPECT_THROW(fitSpeed(pulses, 0, false, -1.0), InputError);
+}
+
+TEST(AnalysisTacho, ScatterIsToldBesideAnyCourse) {
+  std::mt19937 dice(3);
+  std::normal_distribution<double> normal(0.0, 4e-7);
+  TachoPulses pulses;
+  pulses.state = TachoState::turning;
+  for (int k = 0; k < 400; ++k) {
+    const double turns = k + 0.3;
+    pulses.time.push_back(turns / 170.0 + 5e-7 * turns * turns);  // 170 Hz that decays by a twentieth
+    pulses.turn.push_back(k);
+  }
+  EXPECT_LT(edgeScatter(pulses), 1e-12);
+  for (double& time : pulses.time) time += normal(dice);
+  EXPECT_NEAR(edgeScatter(pulses), 4e-7, 0.15 * 4e-7);  // of 397 third differences that hang together by threes
+  pulses.turn.back() += 1;  // a lost one
+  pulses.time.back() += 1.0 / 170.0;
+  EXPECT_NEAR(edgeScatter(pulses), 4e-7, 0.15 * 4e-7);
+  pulses.time.resize(3);
+  pulses.turn.resize(3);
+  EXPECT_EQ(edgeScatter(pulses), 0.0);
 }
 
 TEST(AnalysisTacho, DecayingSpeedWithAcceleration) {

@@ -243,6 +243,34 @@ TEST(LoopOffsets, ASettledIntegratorGoesIntoThePrediction) {
     EXPECT_NEAR(predicted[a], recordings[0].measured[a], 2.5e-6) << a;
 }
 
+/// A drift in the loop moves the rotor: the displacements' mean is not what the recording is off by, and says nothing of the integrators.
+TEST(LoopOffsets, WhatADriftInTheLoopMovesIsNoOffsetOfTheRecording) {
+  Model model = heavyRotor();
+  model.uncertainty["sensor.offset_m"] = 1e-6;
+  Recording rec = turning(8000);
+  for (int end = 0; end < 2; ++end) rec.integral_m_s[1 + 2 * end] = -heldCurrent(model, end) / model.rig.controller.ki_A_per_m_s;
+  rec.measured.resize(rec.samples * predicted_channels);
+  std::vector<LaneJob> jobs = {jobOf(rec, model, 0.0)};
+  for (int a = 0; a < axis_count; ++a) jobs[0].drift_m_per_s[a] = 2e-6 / rec.duration();
+  jobs[0].out = rec.measured.data();
+  predict(stretchOf(rec, model), jobs);
+  ASSERT_TRUE(jobs[0].finite);
+  const double ki = model.rig.controller.ki_A_per_m_s;
+  const std::array<double, 4> held = rec.integral_m_s;
+  rec.integral_m_s = {};
+  std::vector<Recording> read = {rec};
+  applyLoopReading(read, model);
+  ASSERT_TRUE(read[0].offsets_in_loop);
+  const Eigen::Vector4d by_mean = readLaw(rec, model, 1e-6).settled_integral_A;
+  // it begins without the ripple that is taken out of the reading; what turns leaves 1e-4 of its 0.1 A behind the window
+  const Eigen::Vector4d ripple = integralRipple_m_s(rec);
+  constexpr double reading_A = 3e-5;
+  for (int a = 0; a < axis_count; ++a) {
+    EXPECT_NEAR(ki * (read[0].integral_m_s[a] + ripple[a]), ki * held[a], reading_A) << a;
+    EXPECT_GT(std::fabs(by_mean[a] - ki * held[a]), 30.0 * reading_A) << "by the mean it would be as well, and this shows nothing";
+  }
+}
+
 TEST(LoopOffsets, SettledIntegratorsOfATurningRotorBeginWithTheirRipple) {
   // unbalance makes the sensors' signals s a turning vector, and the integrators one of s/w: 3 s on, nothing else is left of a start
   Model model = heavyRotor();

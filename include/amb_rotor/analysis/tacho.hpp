@@ -78,6 +78,7 @@ struct TachoPulses {
   std::vector<double> time;  ///< [s] of the rising edges kept
   std::vector<long> turn;    ///< turn number of each, first 0
   double half_width_s = 0.0;  ///< of the interval in which an edge lies; 0: values between the levels tell it closely
+  double rounding_s = 0.0;  ///< standard deviation of an edge's time by the steps in which those values come; 0: none are seen
   std::vector<TachoFault> faults;
 };
 
@@ -87,6 +88,10 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
 
 /// Numbers raw edge times: leaves out double pulses, counts missing ones.
 TachoPulses numberPulses(std::vector<double> edges);
+
+/// Scatter of the edges' times [s], whatever smooth course the speed takes: the root mean square of their third differences over turns
+/// that follow each other, over sqrt(1 + 9 + 9 + 1). 0: fewer than four such.
+double edgeScatter(const TachoPulses& pulses);
 
 /// Constant speed (or constant acceleration) from the first turns.
 struct SpeedFit {

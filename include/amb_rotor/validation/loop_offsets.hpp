@@ -25,6 +25,8 @@ struct LawReading {
   /// Integrators that have settled hold the signals' mean at 0: until an excitation or event, what is left in the displacements is their
   /// offset. ki I(0) with this, the offsets' drifts free.
   Eigen::Vector4d settled_integral_A = Eigen::Vector4d::Zero();
+  /// ki I(0) where offsets go round the loop: the law knows nothing of them, and the displacements' mean is what a drift moves the rotor by.
+  Eigen::Vector4d loop_integral_A = Eigen::Vector4d::Zero();
   double settled_gain = 0.0;  ///< by how much less it leaves, as chi2 of all axes, than integrators that begin at 0
 };
 
