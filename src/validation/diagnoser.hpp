@@ -62,7 +62,8 @@ class Diagnoser {
     Trial trial, without;
     std::size_t place;  ///< of the one left out
   };
-  Instead lookInstead(const std::vector<Candidate>& ranking);
+  bool hasRivals(const std::vector<Candidate>& ranking) const;
+  Instead lookInstead(const std::vector<Candidate>& ranking, bool rivals_alone);
   bool exchange(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool cleanWithoutContact() const;

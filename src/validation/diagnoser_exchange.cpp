@@ -27,6 +27,8 @@ constexpr std::size_t few_numbers = 2;
 /// Share of an earlier effect's evidence beside the belief that a law of the iron or a limit must have had there to be looked at in its
 /// place whatever it promises: next to nothing these do nothing, or the same as each other.
 constexpr double rival_share = 0.5;
+/// Validation error without contact below which no rival is looked at.
+constexpr double worth_a_rival = 1.01;
 
 bool isOfFewNumbers(const std::string& effect) {
   return hasASmallStart(effect) && effectCatalogue().find(effect)->parameters.size() <= few_numbers;
@@ -46,17 +48,28 @@ std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<s
 
 }  // namespace
 
+/// Whether an earlier effect has rivals that are not in the model.
+bool Diagnoser::hasRivals(const std::vector<Candidate>& ranking) const {
+  std::vector<std::string> rest;
+  for (const std::string& name : names_)
+    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
+  return std::any_of(adopted_.begin(), adopted_.end() - 1,
+                     [&](const EffectSetting& one) { return !rivalsOf(one.id, rest, ranking).empty(); });
+}
+
 /// The effect that promises to leave least beside all adopted ones but one of the earlier, in its place, or a rival of that, and any of few
 /// numbers in the place of the last: looked at, not usable where none leaves far less than the model as it stands.
-Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking) {
+Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking, bool rivals_alone) {
   Instead best = {notFollowed(), Trial(), 0};
   const std::vector<std::string> names = foreseeTheRest();  // the references are of the model as it stands from here on
   const double stands = references_.most();
-  double left = exchanged_leaves * stands;
+  double left = rivals_alone ? stands : exchanged_leaves * stands;
   for (std::size_t i = 0; i < adopted_.size() && !hurried(); ++i) {
     if (needsContact(adopted_[i].id)) continue;
     const bool last = i + 1 == adopted_.size();
-    if (last && best.trial.usable()) break;  // one of the earlier stood in
+    if (last && (best.trial.usable() || rivals_alone)) break;  // one of the earlier stood in
+    std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, ranking);
+    if (rivals_alone && asked.empty()) continue;
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
     const Eigen::VectorXd own = joint_.nuisance();
@@ -88,10 +101,9 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking)
       if (!one.usable() || hurried()) continue;
       one = goneOn(one.effects(), one, iterations_on);
     } else {
-      foresee(candidates_, names, rest, there);
+      if (!rivals_alone) foresee(candidates_, names, rest, there);
       const auto most = std::max_element(there.promises.begin(), there.promises.end(),
                                          [](const auto& a, const auto& b) { return a.second.evidence < b.second.evidence; });
-      std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, ranking);
       if (most != there.promises.end() && there.most() - most->second.evidence <= stands &&
           std::find(asked.begin(), asked.end(), most->first) == asked.end())
         asked.push_back(most->first);
@@ -99,6 +111,7 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking)
         if (hurried()) break;
         tell(name);
         Trial other = candidates_.look(name, rest, there, {});
+        if (rivals_alone && other.usable() && !hurried()) other = goneOn(other.effects(), other, iterations_on);
         if (leavesOf(other) < leavesOf(one)) one = std::move(other);
       }
     }
@@ -110,10 +123,12 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking)
   return best;
 }
 
-/// Exchanges an earlier effect where the model leaves structure without contact. False: none was.
+/// Exchanges an earlier effect where the model leaves structure without contact, or, where it leaves little, for a rival. False: none was.
 bool Diagnoser::exchange(Diagnosis& out) {
-  if (adopted_.size() < 2 || hurried() || errors_.validation_error_free < structured_error) return false;
-  Instead other = lookInstead(out.ranking);
+  if (adopted_.size() < 2 || hurried()) return false;
+  const bool leaves_structure = errors_.validation_error_free >= structured_error;
+  if (!leaves_structure && (errors_.validation_error_free < worth_a_rival || !hasRivals(out.ranking))) return false;
+  Instead other = lookInstead(out.ranking, !leaves_structure);
   if (!other.trial.usable()) return false;
   const Stood before = stood(out);
   out.withdrawn.push_back(adopted_[other.place].id);
