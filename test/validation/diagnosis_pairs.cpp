@@ -159,6 +159,18 @@ TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimit) {
   EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
 }
 
+/// Beside eddy currents the iron's law leaves 1.03 times the noise of what the limit leaves 1.00 of: less than is sought on for.
+TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimitWhereItLeavesLittle) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  const TwoEffects set("eddy_current_lag", "current_saturation", drawn_strength, {}, 1600086);
+  DiagnosisOptions options;
+  options.candidates = {"eddy_current_lag", "current_saturation", "magnetic_nonlinearity", "control_delay"};
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(added(found), (std::set<std::string>{"current_saturation", "eddy_current_lag"}));
+  ASSERT_FALSE(found.steps.empty());
+  EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
+}
+
 /// All slips are fast there, so that a friction of a quarter of the believed one leaves as little, 13 of its deviations away. Between
 /// two numbers of the law that hardly show then a plain step is of no size that counts.
 TEST(DiagnosisPairsTest, AFrictionThatFellBringsItsBeliefHome) {
