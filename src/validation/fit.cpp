@@ -166,7 +166,7 @@ void evaluateSettled(const FitProblem& problem, const Eigen::VectorXd& x, const 
 namespace {
 
 /// Windows that all begin anew are estimated with sensors that have no offset, which throws those with an impact off: they are searched
-/// again with what the others have found.
+/// again with what the others have found. Where the model is far off that finds nothing, and leads astray.
 void settleFresh(const FitProblem& problem, const Eigen::VectorXd& x, const std::vector<int>& which, EvaluationOptions evaluation,
                  std::vector<LocalState>& local) {
   std::vector<int> fresh;
@@ -174,8 +174,11 @@ void settleFresh(const FitProblem& problem, const Eigen::VectorXd& x, const std:
     if (problem.findsOffsetsByWindows(run) && local[run].window_start.empty()) fresh.push_back(run);
   if (fresh.empty()) return;
   evaluation.jacobian = false;
-  std::vector<RunResult> unused;
-  evaluateSettled(problem, x, fresh, local, evaluation, unused);
+  std::vector<LocalState> settled = local;
+  std::vector<RunResult> results;
+  evaluateSettled(problem, x, fresh, settled, evaluation, results);
+  for (std::size_t i = 0; i < fresh.size(); ++i)
+    if (results[i].finite && results[i].mean_square < searched_again) local[fresh[i]] = std::move(settled[fresh[i]]);
 }
 
 }  // namespace
