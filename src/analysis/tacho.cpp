@@ -135,18 +135,26 @@ TachoPulses numberPulses(std::vector<double> edges) {
 
 namespace {
 
-/// Of an edge's time, by the least step between values next to edges, `above` the samples that complete these: uniform within a step.
-double roundingOf(const std::vector<double>& signal, const std::vector<std::size_t>& above, double sample_s) {
+/// Of a pulse's height: what values written with six digits are off by, times as many steps, is less; finer steps tell an edge closer than
+/// anything asks.
+constexpr double finest_step = 3e-4;
+
+/// Of an edge's time, uniform within a step of the values next to edges, `above` the samples that complete these. The step is what all
+/// these values have in common: few of them leave gaps of several steps.
+double roundingOf(const std::vector<double>& signal, const std::vector<std::size_t>& above, double sample_s, double range) {
   std::vector<double> values, rises;
   for (const std::size_t i : above) {
     if (i == 0 || !std::isfinite(signal[i - 1])) continue;
     values.insert(values.end(), {signal[i - 1], signal[i]});
     rises.push_back(signal[i] - signal[i - 1]);
   }
-  std::sort(values.begin(), values.end());
   double step = 0.0;
-  for (std::size_t i = 1; i < values.size(); ++i)
-    if (values[i] > values[i - 1] && (step == 0.0 || values[i] - values[i - 1] < step)) step = values[i] - values[i - 1];
+  for (const double value : values)
+    for (double rest = std::fabs(value - values[0]); rest > finest_step * range;) {  // Euclid's algorithm
+      const double next = std::fabs(std::remainder(step, rest));
+      step = rest;
+      rest = next;
+    }
   if (step == 0.0) return 0.0;
   std::nth_element(rises.begin(), rises.begin() + static_cast<std::ptrdiff_t>(rises.size() / 2), rises.end());
   return step / std::sqrt(12.0) / rises[rises.size() / 2] * sample_s;
@@ -201,7 +209,7 @@ TachoPulses findPulses(const std::vector<double>& time, const std::vector<double
   const double close = at_level * (high - low);
   const auto steep = std::count_if(above.begin(), above.end(), [&](std::size_t i) { return signal[i] > high - close && signal[i - 1] < low + close; });
   if (2 * static_cast<std::size_t>(steep) > above.size()) pulses.half_width_s = 0.5 * usual;
-  if (pulses.half_width_s == 0.0) pulses.rounding_s = roundingOf(signal, above, usual);
+  if (pulses.half_width_s == 0.0) pulses.rounding_s = roundingOf(signal, above, usual, high - low);
   pulses.faults.insert(pulses.faults.end(), dropouts.begin(), dropouts.end());
   const bool moved = any && low < options.threshold && high >= options.threshold;
   if (pulses.state == TachoState::standstill && moved) pulses.state = TachoState::too_few;

@@ -249,18 +249,23 @@ Trial Candidates::widenedByHollows(Trial trial, const QuadraticPrior& prior) con
 }
 
 Trial Candidates::widenedAlike(Trial trial, const QuadraticPrior& prior) const {
+  const Settings found = trial.effects();
+  const auto falling = std::find_if(found.begin(), found.end(),
+                                    [&](const EffectSetting& one) { return !actingAlike(one, belief_, recordings_).empty(); });
+  if (falling == found.end()) return trial;
+  const std::size_t place_of = static_cast<std::size_t>(falling - found.begin());
   const auto fitFrom = [&](const Settings& effects, const Trial& at, int iterations) {
     const Eigen::VectorXd nuisance = at.nuisance();
     return fit(effects, &nuisance, at.local, {Through::contact, iterations}, &prior);
   };
-  const Trial here = fitFrom(trial.effects(), trial, 0);
+  const Trial here = fitFrom(found, trial, 0);
   std::vector<Trial> places = {here};
   for (std::size_t from = 0; from < places.size() && places.size() < most_alike && !limit_.isUp(); ++from)
-    for (EffectSetting& other : actingAlike(places[from].effects().back(), belief_, recordings_)) {
-      const auto isThere = [&](const Trial& place) { return actsInOnePlace(place.effects().back(), other); };
+    for (EffectSetting& other : actingAlike(places[from].effects()[place_of], belief_, recordings_)) {
+      const auto isThere = [&](const Trial& place) { return actsInOnePlace(place.effects()[place_of], other); };
       if (std::any_of(places.begin(), places.end(), isThere)) continue;
       Settings elsewhere = places[from].effects();
-      elsewhere.back() = std::move(other);
+      elsewhere[place_of] = std::move(other);
       Trial place = fitFrom(elsewhere, places[from], walking_iterations);
       if (place.fit.finite && place.fit.chi2 - here.fit.chi2 < end_of_walk) places.push_back(std::move(place));
     }

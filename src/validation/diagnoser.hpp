@@ -41,6 +41,7 @@ class Diagnoser {
   void write(Diagnosis& out);
   const Trial* adoptBest(const std::vector<Trial>& trials, double share, Diagnosis& out);
   void refer();
+  std::vector<std::string> notAdopted() const;
   std::vector<std::string> foreseeTheRest();
   bool oneIsForeseen();
   bool isMoreForeseen();

@@ -180,12 +180,17 @@ void Diagnoser::refer() {
   referWithoutContact(free, joint_);
 }
 
+std::vector<std::string> Diagnoser::notAdopted() const {
+  std::vector<std::string> out;
+  for (const std::string& name : names_)
+    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) out.push_back(name);
+  return out;
+}
+
 /// The candidates that are not in the model, with what they promise beside it.
 std::vector<std::string> Diagnoser::foreseeTheRest() {
   refer();
-  std::vector<std::string> rest;
-  for (const std::string& name : names_)
-    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
+  std::vector<std::string> rest = notAdopted();
   foresee(candidates_, rest, adopted_, references_);
   return rest;
 }

@@ -50,9 +50,7 @@ std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<s
 
 /// Whether an earlier effect has rivals that are not in the model.
 bool Diagnoser::hasRivals(const std::vector<Candidate>& ranking) const {
-  std::vector<std::string> rest;
-  for (const std::string& name : names_)
-    if (std::none_of(adopted_.begin(), adopted_.end(), [&](const EffectSetting& one) { return one.id == name; })) rest.push_back(name);
+  const std::vector<std::string> rest = notAdopted();
   return std::any_of(adopted_.begin(), adopted_.end() - 1,
                      [&](const EffectSetting& one) { return !rivalsOf(one.id, rest, ranking).empty(); });
 }

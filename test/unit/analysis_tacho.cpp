@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <functional>
 #include <limits>
+#include <random>
 #include <utility>
 
 #include "amb_rotor/analysis/tacho.hpp"
@@ -86,6 +86,21 @@ TEST(AnalysisTacho, RoundingThatRepeatsHidesTheError) {
   // Slope of 11 points: 5.8e-8 s / sqrt(110) a turn, relative to the period.
   EXPECT_NEAR(fit.speed_std / fit.speed, 5.8e-8 / std::sqrt(110.0) / 6.4494e-3, 1e-12);
   EXPECT_THROW(fitSpeed(pulses, 0, false, -1.0), InputError);
+}
+
+TEST(AnalysisTacho, RoundingIsToldByFewValues) {
+  // six edges: the nearest two of their values are seven steps apart
+  const Channel few = channel(0.05, [](double t) { return 2.0 * M_PI * 110.3 * t - 0.4; });
+  const TachoPulses pulses = findPulses(few.time, few.value);
+  ASSERT_EQ(pulses.time.size(), 6u);
+  EXPECT_NEAR(pulses.rounding_s, 0.001 / std::sqrt(12.0) / 0.5 * step, 1e-9);
+  std::vector<double> coarse = few.value, exact = few.value;
+  for (double& value : coarse) value = std::round(128.0 * value) / 128.0;
+  EXPECT_NEAR(findPulses(few.time, coarse).rounding_s, 1.0 / 128.0 / std::sqrt(12.0) / 0.5 * step, 2e-8);
+  for (double& value : coarse) value = std::round(1e6 * value) / 1e6;  // as written with six digits
+  EXPECT_NEAR(findPulses(few.time, coarse).rounding_s, 1.0 / 128.0 / std::sqrt(12.0) / 0.5 * step, 2e-8);
+  for (std::size_t i = 0; i < exact.size(); ++i) exact[i] += 1e-4 * std::sin(12.9898 * static_cast<double>(i));  // noise: no steps
+  EXPECT_LT(findPulses(few.time, exact).rounding_s, 5.8e-8);
 }
 
 TEST(AnalysisTacho, ScatterIsToldBesideAnyCourse) {

@@ -262,7 +262,7 @@ TEST(FitElimination, AWrongModelDoesNotTurnTheShaft) {
   EXPECT_LE(std::fabs(local[run].turning.rad_s), 3.001 * rec.speed_std_rad_s);
   // and the sum is that of where it stands: the same again, from there
   const double again = problem.evaluate(space.start(), {run}, local, {}, &results).chi2;
-  EXPECT_NEAR(again, found.chi2, 1e-4 * found.chi2);  // the columns are straight, and three deviations of the clock are far
+  EXPECT_NEAR(again, found.chi2, 1e-5 * found.chi2);
 }
 
 TEST(FitElimination, TheAngleAtStandstill) {

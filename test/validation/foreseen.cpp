@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../../src/validation/foreseen.hpp"
-#include "../support/made_sets.hpp"
+#include "../support/through_contact.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -14,19 +14,8 @@ std::vector<std::string> wholeCatalogue() {
   return names;
 }
 
-struct Beside {
-  explicit Beside(const MadeSet& set) : candidates(set.dataset.belief, set.dataset) {
-    free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-    references = candidates.referencesWithoutContact(free, free);
-    candidates.referThroughContact(references);
-  }
-  Candidates candidates;
-  Trial free;
-  References references;
-};
-
 TEST(Foreseen, NothingIsWhereNothingIsMissing) {
-  Beside belief(cleanSet());
+  ThroughContact belief{cleanSet()};
   foresee(belief.candidates, wholeCatalogue(), {}, belief.references);
   ASSERT_GT(belief.references.promises.size(), 15u);
   for (const char* effect : {"sensor_gain_error", "sensor_axis_rotation", "motor_magnetic_pull", "amplifier_lag", "sensor_runout"})
@@ -43,7 +32,7 @@ class ForeseenEffect : public ::testing::TestWithParam<const char*> {};
 TEST_P(ForeseenEffect, PromisesWhatItsFitFinds) {
   const std::string hidden = GetParam();
   const MadeSet& set = madeSet(21, hidden, 0.5, false);
-  Beside belief(set);
+  ThroughContact belief{set};
   foresee(belief.candidates, wholeCatalogue(), {}, belief.references);
   const std::map<std::string, Promise>& promises = belief.references.promises;
   const Trial found = belief.candidates.fit({set.truth().effects.at(0)}, nullptr, belief.free.local, {Through::free, 10});

@@ -1,9 +1,8 @@
 // Fits through contact in which windows of the usual length go astray.
 #include <gtest/gtest.h>
 
-#include "../../src/validation/candidates.hpp"
 #include "../support/long_tests.hpp"
-#include "../support/made_sets.hpp"
+#include "../support/through_contact.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -11,18 +10,9 @@ namespace {
 constexpr const char* misaligned = "auxiliary_bearing_misalignment";
 
 /// Offsets of up to 70 um at a contact of 1.4e8 N/m: some ten impacts in a window of 10 ms.
-struct FarAside {
-  const MadeSet& set = madeSet(4300147, misaligned, 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+struct FarAside : ThroughContact {
+  FarAside() : ThroughContact{madeSet(4300147, misaligned, 0.0, true, {"chirp_1", "rub_1", "drop_1"})} {}
   EffectSetting truth = set.truth().effects.at(0);
-  Candidates candidates{set.dataset.belief, set.dataset};
-  Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-  References references = throughContact();
-
-  References throughContact() {
-    References out = candidates.referencesWithoutContact(free, free);
-    candidates.referThroughContact(out);
-    return out;
-  }
 };
 
 class LengthenedWindows : public ::testing::Test {

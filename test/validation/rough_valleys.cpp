@@ -5,8 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "../../src/validation/candidates.hpp"
-#include "../support/made_sets.hpp"
+#include "../support/through_contact.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -14,14 +13,11 @@ namespace {
 /// A ring fitted from where it is, and the same with its covariance widened by how rough chi2 is.
 struct Ring {
   explicit Ring(std::uint64_t seed) : set(madeSet(seed, "inner_ring_spin", 0.0, true, {"chirp_1", "rub_1", "drop_1"})) {
-    Candidates candidates(set.dataset.belief, set.dataset);
-    free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-    References references = candidates.referencesWithoutContact(free, free);
-    candidates.referThroughContact(references);
-    const Eigen::VectorXd own = references.contact.nuisance();
-    found = candidates.fit({truth}, &own, references.contact.local, {Through::all, 6, true});
-    widened = candidates.widenedByHollows(found, references.prior);
-    unchanged = candidates.widenedByHollows(free, references.prior);
+    const ThroughContact begun{set};
+    free = begun.free;
+    found = begun.fitted({truth}, {Through::all, 6, true});
+    widened = begun.candidates.widenedByHollows(found, begun.references.prior);
+    unchanged = begun.candidates.widenedByHollows(free, begun.references.prior);
   }
   /// The inertia's, of the logarithm that is fitted.
   double off() const { return std::fabs(found.fit.x[at()] - std::log(truth.values[0])); }
@@ -55,17 +51,13 @@ TEST(RoughValleys, WhereChi2IsSmoothTheCovarianceStays) {
 /// stay within what windows make of them.
 TEST(RoughValleys, WhereTheWaysOutBeginSteepDeviationsGrowByTheRootOfThat) {
   const MadeSet& set = madeSet(2700099, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
-  Candidates candidates(set.dataset.belief, set.dataset);
-  const Trial free = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
-  References references = candidates.referencesWithoutContact(free, free);
-  candidates.referThroughContact(references);
-  const Eigen::VectorXd own = references.contact.nuisance();
-  const Trial found = candidates.fit(set.truth().effects, &own, references.contact.local, {Through::all, 6, true});
+  const ThroughContact begun{set};
+  const Trial found = begun.fitted(set.truth().effects, {Through::all, 6, true});
   Trial steep = found;
   steep.fit.covariance *= 100.0;
   const auto spread = [&](const Trial& trial) { return std::sqrt(trial.fit.covariance(found.space->nuisances(), found.space->nuisances())); };
-  const double right = spread(candidates.walked(found, references.prior, 6)) / spread(found);
-  const double wider = spread(candidates.walked(steep, references.prior, 6)) / spread(steep);
+  const double right = spread(begun.candidates.walked(found, begun.references.prior, 6)) / spread(found);
+  const double wider = spread(begun.candidates.walked(steep, begun.references.prior, 6)) / spread(steep);
   EXPECT_LT(right, 3.0);
   EXPECT_GT(wider, 4.0);
 }

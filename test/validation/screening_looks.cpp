@@ -127,6 +127,10 @@ TEST(ScreeningLooks, ContactTellsWhatTheRunsWithoutLeaveOpenOfGains) {
   };
   EXPECT_NEAR(ledTo(beside.references.prior), gains.fit.x[first], 1e-12) << "that of the rig alone holds the gains";
   EXPECT_NEAR(ledTo({gains.fit.normal.h, gains.fit.x}), begun, deviation);
+  // as far as that contact stands by it, asked whether they explain it
+  beside.candidates.referThroughContact(beside.references);
+  gains.fit.x += 12.0 / deviation * gains.fit.covariance.col(first);
+  EXPECT_TRUE(beside.candidates.explainsContact(gains, beside.references));
 }
 
 }  // namespace
