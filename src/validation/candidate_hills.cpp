@@ -9,6 +9,9 @@
 // A crack half a turn on. What its stiffness does twice a turn is the same there, what it does once and thrice a turn has the other
 // sign; a nuisance that has been pulled away holds the wrong one.
 //
+// A bending mode, and the unbalance that drives it, both half a turn off. A fit without the mode turns the unbalance where the mode's part
+// is the larger, and with the mode it ends where the unbalance drives that the other way.
+//
 // A friction that falls with the slip v, mu_d + (mu_s - mu_d) exp(-v/v_s), over another v_s. Runs tell of it at the slips that they
 // have, mostly the rotor's radius times its speed; two laws that agree there are as good as each other, and a fit ends at the one where
 // it began.
@@ -20,6 +23,7 @@
 #include "amb_rotor/effects/catalogue.hpp"
 #include "candidate_hills.hpp"
 #include "foreseen.hpp"
+#include "seen_shapes.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -30,8 +34,9 @@ constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015;
 /// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
 constexpr double ringing = 0.008, worth_climbing = 20.0;
 constexpr std::size_t most_hills = 2, models_at_once = 8;
-/// Mean square over the noise below which nothing is to be had by a crack half a turn on.
+/// Mean square over the noise below which nothing is to be had by half a turn.
 constexpr double next_to_nothing = 1.06;
+constexpr double quarter_turn = 0.5 * pi;
 /// Times the speed over which a friction falls, the lesser where no law agrees so far off, and ratio from which on two slips are apart.
 constexpr double other_falls[] = {3.5, 1.8, 1.4}, apart = 1.2;
 /// Ratio of speeds up to which two falls are one.
@@ -97,8 +102,23 @@ bool actsInOnePlace(const EffectSetting& one, const EffectSetting& other) {
   return std::fabs(std::log(one.values[fall] / other.values[fall])) < std::log(one_fall);
 }
 
+bool isUnbalanceTurned(const FitSpace& space, const Eigen::VectorXd& nuisance) {
+  for (int k = 0; k < space.nuisances(); ++k) {
+    const Coordinate& one = space.coordinates()[k];
+    if (one.name == "unbalance.phase_rad" && std::fabs(std::remainder(nuisance[k] - one.prior_mean, two_pi)) > quarter_turn) return true;
+  }
+  return false;
+}
+
+EffectSetting drivenTheOtherWay(EffectSetting mode) {
+  const EffectSchema& schema = *effectCatalogue().find(mode.id);
+  const int i = schema.indexOf("shape_unbalance");
+  mode.values[i] = std::clamp(-mode.values[i], schema.parameters[i].lower, schema.parameters[i].upper);
+  return mode;
+}
+
 Trial Candidates::onHighestHill(Trial trial, int iterations) const {
-  return amongFrequencies(halfATurnOn(std::move(trial), iterations), iterations);
+  return amongFrequencies(unbalanceTurnedBack(halfATurnOn(std::move(trial), iterations), iterations), iterations);
 }
 
 Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
@@ -116,9 +136,24 @@ Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
   return trial;
 }
 
+Trial Candidates::unbalanceTurnedBack(Trial trial, int iterations) const {
+  if (!trial.fit.finite || trial.fit.squares < next_to_nothing * trial.fit.count || limit_.isUp()) return trial;
+  Settings back = trial.effects();
+  const auto mode = std::find_if(back.begin(), back.end(), [](const EffectSetting& e) { return hasShapes(e.id); });
+  if (mode == back.end() || !isUnbalanceTurned(*trial.space, trial.nuisance())) return trial;
+  *mode = drivenTheOtherWay(*mode);
+  Eigen::VectorXd believed = trial.nuisance();
+  for (int k = 0; k < believed.size(); ++k) {
+    const Coordinate& one = trial.space->coordinates()[k];
+    if (one.name.rfind("unbalance.", 0) == 0) believed[k] = one.prior_mean;
+  }
+  Trial more = fit(back, &believed, trial.local, {Through::free, iterations, true});
+  return more.fit.finite && more.fit.chi2 < trial.fit.chi2 ? more : trial;
+}
+
 Trial Candidates::amongFrequencies(Trial trial, int iterations) const {
   const Settings found = trial.effects();
-  const auto mode = std::find_if(found.begin(), found.end(), [](const EffectSetting& e) { return e.id == "shaft_flexibility"; });
+  const auto mode = std::find_if(found.begin(), found.end(), [](const EffectSetting& e) { return hasShapes(e.id); });
   if (mode == found.end() || !trial.fit.finite || limit_.isUp()) return trial;
   const StartScreen about(recordings_, fit_free_, *trial.space, trial.fit.x, trial.local, offset_std_);
   const double damping_ratio = mode->values[effectCatalogue().find(mode->id)->indexOf("damping_ratio")];

@@ -186,8 +186,8 @@ class Candidates {
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
   /// Near to the end of a fit through contact, with few unknowns and some of the windows, from where a look ended.
   Trial approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const;
-  /// A fit through the runs without contact with a bending mode among its effects, at the frequency where that does best, or with a
-  /// crack, of its phase and that half a turn on: see candidate_hills.cpp. Any other as it is.
+  /// A fit through the runs without contact with a bending mode among its effects, at the frequency where that does best and with the
+  /// unbalance near its belief, or with a crack, of its phase and that half a turn on: see candidate_hills.cpp. Any other as it is.
   Trial onHighestHill(Trial trial, int iterations) const;
   /// Fitted anew over windows through contact that are short at first and grow to their usual length: the longer a window, the
   /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
@@ -252,6 +252,7 @@ class Candidates {
     std::vector<Eigen::VectorXd> nuisances;  ///< the reference's first
   };
   Trial halfATurnOn(Trial trial, int iterations) const;
+  Trial unbalanceTurnedBack(Trial trial, int iterations) const;
   Trial amongFrequencies(Trial trial, int iterations) const;
   Starts startsOf(const std::string& effect, const Settings& adopted, const Trial& reference, std::string& note) const;
   /// Also scales the starts' amplitudes to where they do best. `serious`: whether one of them may come near the leader; none is

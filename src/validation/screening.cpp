@@ -17,7 +17,7 @@ constexpr double rival_share = 0.3;
 /// The same where the leader leaves nothing through contact.
 constexpr double near_share = 0.9;
 constexpr int judged_stride = 4;
-/// Iterations by which the best look is gone on from before none counts as near.
+/// Iterations by which a look is gone on from before none counts as near.
 constexpr int further_iterations = 5;
 /// Where one leaves nothing through contact, a rival whose best start leaves more than this share of what the reference leaves there is
 /// not followed.
@@ -72,13 +72,13 @@ Trial notLookedAt(const std::string& name) {
   return out;
 }
 
-/// The best look without contact, some iterations further: what is far from linear takes little of much at first.
-Trial goneOn(const Candidates& candidates, Trial best, const References& references) {
-  const Eigen::VectorXd own = best.nuisance();
-  Trial more = candidates.fit(best.effects(), &own, best.local, {Through::free, further_iterations});
-  if (!more.usable() || more.fit.chi2 >= best.fit.chi2) return best;
+/// A look without contact, some iterations further: what is far from linear takes little of much at first.
+Trial goneOn(const Candidates& candidates, Trial look, const References& references) {
+  const Eigen::VectorXd own = look.nuisance();
+  Trial more = candidates.fit(look.effects(), &own, look.local, {Through::free, further_iterations});
+  if (!more.usable() || more.fit.chi2 >= look.fit.chi2) return look;
   more.evidence = candidates.evidence(more, references.free);
-  more.others = std::move(best.others);
+  more.others = std::move(look.others);
   return more;
 }
 
@@ -191,9 +191,14 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     if (leaders.free > before) leader = trials.size() - 1;
   }
   if (standing.stand_in && leaders.noneNear(references)) {  // fits of wrong ones beside wrong ones take the longest
+    // the best, and the one of which most is foreseen: what is far from linear has hardly begun
+    const std::string most_promised = trials.empty() ? "" : trials[0].effect;
     std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; });
-    if (!trials.empty() && trials[0].usable()) leaders.add(trials[0] = goneOn(candidates, std::move(trials[0]), references), references);
-    leader = 0;
+    for (std::size_t i = 0; i < trials.size() && leaders.noneNear(references); ++i) {
+      if (!trials[i].usable() || (i > 0 && trials[i].effect != most_promised)) continue;
+      leaders.add(trials[i] = goneOn(candidates, std::move(trials[i]), references), references);
+      leader = i;
+    }
     out.none_near = leaders.noneNear(references);
     if (out.none_near) return out;
   }

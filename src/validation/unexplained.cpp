@@ -78,6 +78,13 @@ bool isOneAlikeAtBoth(const LawSearch& search, const Hypothesis& law) {
   return law.terms.size() == 1 && law.terms.front() - search.first() < effects::LawTerms::antisym_position;
 }
 
+/// Whether a law is one term of the control current: the controller passes what is in its signals on to that.
+bool isOneOfCurrent(const LawSearch& search, const Hypothesis& law) {
+  if (law.terms.size() != 1) return false;
+  const auto quantities = quantitiesOf(search.place().schema().parameters[law.terms.front() - search.first()].meaning);
+  return quantities.size() == 1 && quantities.front() == "control current";
+}
+
 void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) {
   const auto& parameters = search.place().schema().parameters;
   const int first = search.first(), number = search.numberCoordinate();
@@ -298,6 +305,14 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
     const auto leaves = [&] { return effort != LawEffort::foreseen && (law.terms.empty() || !begunAt(*sought).stakes.nothingLeft(law.chi2)); };
     if (leaves()) prefer(parts_->inSensors(), parts_->inSensors().search.plain(begunAt(parts_->inSensors())));
     if (leaves()) prefer(parts_->at_bearings, bestAt(parts_->at_bearings));
+  }
+  if (const LawSearch::Stakes stakes(before, count); isOneOfCurrent(sought->search, law) && stakes.nothingLeft(law.chi2)) {
+    // a step in a signal makes one in the current: where both laws explain all but a little, what they leave tells
+    const Hypothesis& signal = parts_->inSensors().search.plain(begunAt(parts_->inSensors()));
+    if (!signal.terms.empty() && signal.chi2 < law.chi2 - stakes.tie) {
+      law = signal;
+      sought = &parts_->inSensors();
+    }
   }
   LawSearch& search = sought->search;
   const auto inCatalogue = [&](int term) { return search.place().isInCatalogue(term - search.first()); };

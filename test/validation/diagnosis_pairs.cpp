@@ -171,6 +171,19 @@ TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimitWhereItLeavesLittle) {
   EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
 }
 
+/// Without the mode the unbalance is fitted half a turn off. Beside a delay a first look at the mode takes less than the sensors' runout
+/// does, of which two thirds as much is foreseen.
+TEST(DiagnosisPairsTest, AModeIsFoundWhoseUnbalanceWasTurned) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  const TwoEffects set("control_delay", "shaft_flexibility", drawn_strength, {}, 1600085);
+  DiagnosisOptions options;
+  options.candidates = {"control_delay", "shaft_flexibility", "sensor_runout"};
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(added(found), (std::set<std::string>{"control_delay", "shaft_flexibility"}));
+  ASSERT_FALSE(found.steps.empty());
+  EXPECT_LT(found.steps.back().errors.validation_error, adopted_error);
+}
+
 /// All slips are fast there, so that a friction of a quarter of the believed one leaves as little, 13 of its deviations away. Between
 /// two numbers of the law that hardly show then a plain step is of no size that counts.
 TEST(DiagnosisPairsTest, AFrictionThatFellBringsItsBeliefHome) {
