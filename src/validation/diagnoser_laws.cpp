@@ -85,7 +85,7 @@ bool Diagnoser::lawLeavesLess() {
     if (needsContact(effect.id)) return false;
   if (!much && clean() && adopted_.size() < 2 && !leavesMoreThanATrace(begun_, errors_)) return false;
   // the last word at a time limit: a stand-in that leaves much would hide what the unexplained depends on
-  if (!law_ && hurried() && !(much && leavesMoreThanDetails(begun_, errors_))) return false;
+  if (!law_ && hurried() && !(much && leavesMoreThanATrace(begun_, errors_))) return false;
   if (!law_) {
     progress(0.92, "a law in the place of effects");
     // next to the floor only a law that the measured path shows plainly is worth its search; effects that take less than two thirds of
