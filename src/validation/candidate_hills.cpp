@@ -121,6 +121,11 @@ Trial Candidates::onHighestHill(Trial trial, int iterations) const {
   return amongFrequencies(unbalanceTurnedBack(halfATurnOn(std::move(trial), iterations), iterations), iterations);
 }
 
+Trial Candidates::betterFrom(const Settings& effects, const Eigen::VectorXd& nuisance, Trial trial, int iterations) const {
+  Trial more = fit(effects, &nuisance, trial.local, {Through::free, iterations, true});
+  return more.fit.finite && more.fit.chi2 < trial.fit.chi2 ? more : trial;
+}
+
 Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
   if (!trial.fit.finite || trial.fit.squares < next_to_nothing * trial.fit.count) return trial;
   Settings turned = trial.effects();
@@ -130,8 +135,7 @@ Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
   phase += phase > 0.0 ? -pi : pi;
   for (const Eigen::VectorXd& nuisance : {Eigen::VectorXd(trial.space->start().head(trial.space->nuisances())), trial.nuisance()}) {
     if (limit_.isUp()) break;
-    Trial more = fit(turned, &nuisance, trial.local, {Through::free, iterations, true});
-    if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) trial = std::move(more);
+    trial = betterFrom(turned, nuisance, std::move(trial), iterations);
   }
   return trial;
 }
@@ -147,8 +151,7 @@ Trial Candidates::unbalanceTurnedBack(Trial trial, int iterations) const {
     const Coordinate& one = trial.space->coordinates()[k];
     if (one.name.rfind("unbalance.", 0) == 0) believed[k] = one.prior_mean;
   }
-  Trial more = fit(back, &believed, trial.local, {Through::free, iterations, true});
-  return more.fit.finite && more.fit.chi2 < trial.fit.chi2 ? more : trial;
+  return betterFrom(back, believed, std::move(trial), iterations);
 }
 
 Trial Candidates::amongFrequencies(Trial trial, int iterations) const {
@@ -184,8 +187,7 @@ Trial Candidates::amongFrequencies(Trial trial, int iterations) const {
     if (isOn(1.0) || std::any_of(climbed.begin(), climbed.end(), isOn)) continue;
     climbed.push_back(hill.ratio);
     const Eigen::VectorXd own = trial.nuisance();
-    Trial more = fit(hill.start, &own, trial.local, {Through::free, iterations, true});
-    if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) trial = std::move(more);
+    trial = betterFrom(hill.start, own, std::move(trial), iterations);
   }
   return trial;
 }

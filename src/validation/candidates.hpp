@@ -251,6 +251,8 @@ class Candidates {
     std::vector<Settings> settings;          ///< each with all that is adopted; none: `note` says why
     std::vector<Eigen::VectorXd> nuisances;  ///< the reference's first
   };
+  /// A fit through the runs without contact from there, or the trial where that leaves less.
+  Trial betterFrom(const Settings& effects, const Eigen::VectorXd& nuisance, Trial trial, int iterations) const;
   Trial halfATurnOn(Trial trial, int iterations) const;
   Trial unbalanceTurnedBack(Trial trial, int iterations) const;
   Trial amongFrequencies(Trial trial, int iterations) const;

@@ -27,9 +27,9 @@ constexpr std::size_t few_numbers = 2;
 /// Share of an earlier effect's evidence beside the belief that a law of the iron or a limit must have had there to be looked at in its
 /// place whatever it promises: next to nothing these do nothing, or the same as each other.
 constexpr double rival_share = 0.5;
-/// Share of what the rest leaves which an effect must promise to be looked at in the place of an earlier one, and take at the first look to
-/// be followed: beside a nuisance that the earlier one has pulled far away first order does not tell of all.
-constexpr double taken_instead = 0.5;
+/// Share of what the rest leaves from which on a promise is enough to be looked at in the place of an earlier effect: beside a nuisance that
+/// the earlier one has pulled far away first order does not tell of all.
+constexpr double promised_instead = 0.5;
 /// Validation error without contact below which no rival is looked at.
 constexpr double worth_a_rival = 1.01;
 
@@ -106,15 +106,14 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking,
       const auto most = std::max_element(there.promises.begin(), there.promises.end(),
                                          [](const auto& a, const auto& b) { return a.second.evidence < b.second.evidence; });
       if (most != there.promises.end() &&
-          (there.most() - most->second.evidence <= stands || most->second.evidence > taken_instead * there.most()) &&
+          (there.most() - most->second.evidence <= stands || most->second.evidence > promised_instead * there.most()) &&
           std::find(asked.begin(), asked.end(), most->first) == asked.end())
         asked.push_back(most->first);
       for (const std::string& name : asked) {
         if (hurried()) break;
         tell(name);
         Trial other = candidates_.look(name, rest, there, {});
-        const bool begun = leavesOf(other) >= left && leavesOf(other) < (1.0 - taken_instead) * there.most();
-        if ((rivals_alone || begun) && other.usable() && !hurried()) other = goneOn(other.effects(), other, iterations_on);
+        if (rivals_alone && other.usable() && !hurried()) other = goneOn(other.effects(), other, iterations_on);
         if (leavesOf(other) < leavesOf(one)) one = std::move(other);
       }
     }

@@ -173,8 +173,8 @@ TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimitWhereItLeavesLittle) {
   expectBothFound("eddy_current_lag", "current_saturation", 1600086, {}, options);
 }
 
-/// Without the mode the unbalance is fitted half a turn off. Beside a delay a first look at the mode takes less than the sensors' runout
-/// does, of which two thirds as much is foreseen.
+/// Without the mode the unbalance is fitted half a turn off. Beside a delay a first look at the mode takes less than one at the
+/// sensors' runout, of which three fifths as much is foreseen.
 TEST(DiagnosisPairsTest, AModeIsFoundWhoseUnbalanceWasTurned) {
   AMB_ROTOR_SKIP_UNLESS_LONG();
   DiagnosisOptions options;
