@@ -10,8 +10,8 @@ from __future__ import annotations
 import dataclasses
 import re
 
-# Below this speed v/|v| is rounded off [m/s], as in force_law.
-_ROUNDED = "1e3"
+# v/|v| is tanh of so many times the speed [s/m], as in force_law.
+_ROUNDED, _SHARP = "1e3", "1e4"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,6 +131,8 @@ _PLAIN = (
     Term("velocity_axes_square_N_s2_per_m2", "N s2/m2", "(|vx| vx, |vy| vy)", _MOTION, "abs(vx) * vx", "abs(vy) * vy",
          "magnitude(v.x) * v.x", "magnitude(v.y) * v.y"),
     _along("velocity_sign_N", "N", "v/|v|, rounded off below 1 mm/s", _MOTION, _SIGN, _CPP_SIGN, _VELOCITY, "v"),
+    _along("velocity_sharp_sign_N", "N", "v/|v|, rounded off below 0.1 mm/s", _MOTION, f"tanh({_SHARP} * rate) / rate",
+           f"hyperbolicTangent(S({_SHARP}) * rate) / rate", _VELOCITY, "v"),
     _along("velocity_position_N_s_per_m3", "N s/m3", "|p|^2 v", _MOTION, "radius^2", "radius * radius", _VELOCITY, "v"),
     _along("sign_position_N_per_m", "N/m", "|p| v/|v|, rounded off below 1 mm/s", _MOTION, f"radius * {_SIGN}",
            f"radius * {_CPP_SIGN}", _VELOCITY, "v"),

@@ -124,6 +124,13 @@ TEST(UnexplainedLaw, SensorsThatAreNotLinearAreFound) {
   }
 }
 
+/// A dry friction that is rounded off below 0.1 mm/s: one over 1 mm/s and a drag left a tenth of what it does.
+TEST(UnexplainedLaw, ADryFrictionIsFoundThatActsFromTheSlowestMotionOn) {
+  const Law friction = {"test_dry_friction", 0.3, "-c * tanh(1e4 * hypot(vx, vy)) * vx / (hypot(vx, vy) + 1e-12)",
+                        "-c * tanh(1e4 * hypot(vx, vy)) * vy / (hypot(vx, vy) + 1e-12)", {"velocity"}};
+  expectThatTerm(friction, searched(friction, plain_strength, LawEffort::plain));
+}
+
 /// A small dead zone makes steps in the current, too: a force over its sign leaves less than the noise as stated, and more than what is there.
 TEST(UnexplainedLaw, AStepInTheSignalsIsNotTakenForOneOfTheCurrent) {
   const Hidden hidden(madeSet(1700083, "sensor_dead_zone", 0.0, false, runs_that_tell_laws_apart));

@@ -2,7 +2,8 @@
 // The terms of a force law that is a hypothesis: at a place of the rotor F is the sum of coefficients times the vectors of the
 // table below, with p the rotor's displacement there [m], v its velocity [m/s], i the current that makes a magnetic bearing's
 // force [A], t the shaft angle [rad], W the spin speed [rad/s], s the time of the run [s], e_x, e_y the stator's axes and, of
-// a vector w, w' = (-w_y, w_x). Positive coefficients push outwards. v/|v| is rounded off below 1 mm/s, i/|i| below 50 mA.
+// a vector w, w' = (-w_y, w_x). Positive coefficients push outwards. v/|v| is rounded off below 1 mm/s (0.1 mm/s where it is sharp),
+// i/|i| below 50 mA.
 // The terms after `current` are of magnetic bearings alone; those after `antisym_` have the other sign at end a: what tilts
 // the rotor. The four terms in time that repeat do so with a frequency that is given, not fitted.
 // Left out: memory, products beyond those listed, harmonics above the third.
@@ -27,6 +28,7 @@ struct LawTerms {
     velocity_square,
     velocity_axes_square,
     velocity_sign,
+    velocity_sharp_sign,
     velocity_position,
     sign_position,
     cross,
@@ -108,6 +110,7 @@ struct LawTerms {
     add("velocity_square_N_s2_per_m2", "N s2/m2", -3e2, "velocity: |v| v");
     add("velocity_axes_square_N_s2_per_m2", "N s2/m2", -3e2, "velocity: (|v_x| v_x, |v_y| v_y)");
     add("velocity_sign_N", "N", -0.1, "velocity: v/|v|");
+    add("velocity_sharp_sign_N", "N", -0.1, "velocity: v/|v|, sharp");
     add("velocity_position_N_s_per_m3", "N s/m3", -3e9, "position, velocity: |p|^2 v");
     add("sign_position_N_per_m", "N/m", -1e4, "position, velocity: |p| v/|v|");
     add("cross_N_per_m", "N/m", 1e3, "position: p'");
@@ -268,6 +271,8 @@ struct LawTerms {
           return {magnitude(v.x) * v.x, magnitude(v.y) * v.y};
         case velocity_sign:
           return sign() * v;
+        case velocity_sharp_sign:
+          return hyperbolicTangent(rate * S(1e4)) / rate * v;
         case velocity_position:
           return square * v;
         case sign_position:
