@@ -24,8 +24,8 @@ constexpr double linear_factor = 0.05;
 /// by 1e-4 from where exact times of contact have it.
 constexpr double contact_step_share = 1e-4;
 
-/// Absolute uncertainties; all others are relative to the believed value.
-bool isAbsolute(const std::string& name) { return name == "unbalance.phase_rad"; }
+/// Its uncertainty is absolute; all others are relative to the believed value.
+bool isAngle(const std::string& name) { return name == "unbalance.phase_rad"; }
 
 /// An amplitude of either sign below this share of the next one that shares its phase says nothing of the sign.
 constexpr double tells_the_sign = 0.1;
@@ -79,17 +79,18 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
   Rig<double>::visit(belief_.rig, [&](const char* name, const double& value) {
     const auto found = belief_.uncertainty.find(name);
     if (found == belief_.uncertainty.end()) return;
-    const double std = isAbsolute(name) ? found->second : std::fabs(found->second * value);
+    const double std = isAngle(name) ? found->second : std::fabs(found->second * value);
     if (std <= 0.0) return;
     Coordinate c;
     c.name = name;
     c.by_logarithm = isFactor(name, value);
+    c.is_angle = isAngle(name);
     c.scale = c.prior_std = c.by_logarithm ? std / value : std;
     c.prior_mean = c.by_logarithm ? std::log(value) : value;
     if (c.by_logarithm) {
       c.lower = c.prior_mean - std::log(farthest_factor);
       c.upper = c.prior_mean + std::log(farthest_factor);
-    } else if (!isAbsolute(name)) {
+    } else if (!c.is_angle) {
       c.lower = value / farthest_factor;
       c.upper = value * farthest_factor;
       if (value < 0.0) std::swap(c.lower, c.upper);
@@ -184,7 +185,11 @@ std::vector<int> FitSpace::farFromBelief(const Eigen::VectorXd& x, double deviat
 }
 
 Eigen::VectorXd FitSpace::clamped(Eigen::VectorXd x) const {
-  for (int i = 0; i < size(); ++i) x[i] = std::min(std::max(x[i], coordinates_[i].lower), coordinates_[i].upper);
+  for (int i = 0; i < size(); ++i) {
+    const Coordinate& c = coordinates_[i];
+    if (c.is_angle && std::fabs(x[i] - c.prior_mean) > pi) x[i] = c.prior_mean + std::remainder(x[i] - c.prior_mean, two_pi);
+    x[i] = std::min(std::max(x[i], c.lower), c.upper);
+  }
   return x;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/common/units.hpp"
 #include "amb_rotor/validation/coordinates.hpp"
 
 namespace amb_rotor {
@@ -105,6 +106,19 @@ TEST(FitSpaceTest, LimitsHold) {
   Eigen::VectorXd x = space.start();
   x[space.nuisances() + 2] = -5.0;  // damping ratio
   EXPECT_EQ(space.model(x).effects[0].values[2], 0.0);
+}
+
+/// A fit that has led it once round leaves the same machine, and the belief a whole turn away would count as wrong.
+TEST(FitSpaceTest, AnAngleIsKeptWithinHalfATurnOfItsBelief) {
+  const FitSpace space(belief(), {});
+  int phase = 0;
+  while (space.coordinates()[phase].name != "unbalance.phase_rad") ASSERT_LT(++phase, space.nuisances());
+  Eigen::VectorXd x = space.start();
+  for (const double off : {-3.0, 0.2, 3.0})
+    for (const int turns : {-1, 0, 2}) {
+      x[phase] = space.start()[phase] + off + turns * two_pi;
+      EXPECT_NEAR(space.clamped(x)[phase], space.start()[phase] + off, 1e-12);
+    }
 }
 
 TEST(FitSpaceTest, APositiveParameterGoesByItsLogarithm) {

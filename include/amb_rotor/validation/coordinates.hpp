@@ -25,6 +25,7 @@ struct Coordinate {
   double prior_std = 0.0;   ///< 0: none
   double prior_mean = 0.0;
   bool by_logarithm = false;  ///< a nuisance: the machine's number is exp of it; limits and prior are the logarithm's
+  bool is_angle = false;      ///< a nuisance: whole turns do nothing, and it is kept within half a turn of prior_mean
 };
 
 /// A parameter with its standard deviation, as written into a diagnosis.
