@@ -45,6 +45,7 @@ class Diagnoser {
   std::vector<std::string> foreseeTheRest();
   bool oneIsForeseen();
   bool isMoreForeseen();
+  Trial fitWithout(const Settings& rest, Through through) const;
   bool keepsItsPlace(const Settings& others) const;
   bool withdraw(Diagnosis& out);
   /// What an attempt that fails puts back.

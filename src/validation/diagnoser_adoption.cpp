@@ -15,6 +15,8 @@ namespace {
 
 /// Of everything together at most; behind an effect that a fit without contact has followed to its end.
 constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
+/// Of what is left where an effect is left out.
+constexpr int iterations_without = 6;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
 /// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
@@ -221,11 +223,21 @@ bool Diagnoser::isMoreForeseen() {
   return true;
 }
 
+/// The rest of the adopted effects, fitted from where the model stands; from the belief where that does not run without the one left out.
+Trial Diagnoser::fitWithout(const Settings& rest, Through through) const {
+  const Eigen::VectorXd own = joint_.nuisance();
+  Trial out = candidates_.fit(rest, &own, joint_.local, {through, iterations_without});
+  if (out.fit.finite) return out;
+  const Eigen::VectorXd believed = first_.nuisance();
+  return candidates_.fit(rest, &believed, first_.local, {through, iterations_without});
+}
+
 /// Whether the runs without contact alone keep what the others lack, beyond doubt: through contact, a refit without it takes long.
 bool Diagnoser::keepsItsPlace(const Settings& others) const {
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial with = candidates_.fit(adopted_, &own, joint_.local, {Through::free, 0});
-  Trial without = candidates_.fit(others, &own, joint_.local, {Through::free, 6});
+  Trial without = fitWithout(others, Through::free);
+  if (!without.fit.finite) return true;
   return candidates_.evidence(with, without) > plain_place &&
          (!clean() || bornOut(candidates_.judge(without, false, Judging::anew), errors_, false));
 }
@@ -239,8 +251,8 @@ bool Diagnoser::withdraw(Diagnosis& out) {
     rest.erase(rest.begin() + static_cast<long>(i));
     const bool all = throughAll();
     if (all && !needsContact(adopted_[i].id) && keepsItsPlace(rest)) continue;
-    const Eigen::VectorXd own = joint_.nuisance();
-    Trial without = candidates_.fit(rest, &own, joint_.local, {all ? Through::all : Through::free, 6});
+    Trial without = fitWithout(rest, all ? Through::all : Through::free);
+    if (!without.fit.finite) continue;  // no model of the rest runs: nothing says that it does as well
     if (candidates_.evidence(joint_, without) > least_evidence) {
       // at the floor an effect must be worth its place on the runs to validate, as when it was adopted: many parameters
       // find some evidence in the colour of the noise

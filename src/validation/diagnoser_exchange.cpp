@@ -18,9 +18,9 @@ namespace {
 /// Of what the model as it stands leaves without contact, what a look at another effect in the place of an earlier one may leave: two
 /// iterations do not bring it to its end, and what the refit leaves on the runs to validate decides.
 constexpr double exchanged_leaves = 0.8;
-constexpr int iterations_without = 6;
 /// Iterations of an effect in the place of the last one, from next to nothing: no step then leads away from the rest. Of the best after that.
-constexpr int iterations_from_nothing = 4, iterations_on = 10;
+/// Of a rival, to its end: what it takes of the last of the noise counts.
+constexpr int iterations_from_nothing = 4, iterations_on = 10, iterations_of_rival = 30;
 /// Numbers of an effect that is looked at in the place of the last whatever it promises: beside a nuisance that has been pulled next to
 /// where the loop is no longer stable first order tells nothing of a lag that puts it right.
 constexpr std::size_t few_numbers = 2;
@@ -30,8 +30,6 @@ constexpr double rival_share = 0.5;
 /// Share of what the rest leaves from which on a promise is enough to be looked at in the place of an earlier effect: beside a nuisance that
 /// the earlier one has pulled far away first order does not tell of all.
 constexpr double promised_instead = 0.5;
-/// Validation error without contact below which no rival is looked at.
-constexpr double worth_a_rival = 1.01;
 
 bool isOfFewNumbers(const std::string& effect) {
   return hasASmallStart(effect) && effectCatalogue().find(effect)->parameters.size() <= few_numbers;
@@ -63,7 +61,9 @@ bool Diagnoser::hasRivals(const std::vector<Candidate>& ranking) const {
 Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking, bool rivals_alone) {
   Instead best = {notFollowed(), Trial(), 0};
   const std::vector<std::string> names = foreseeTheRest();  // the references are of the model as it stands from here on
-  const double stands = references_.most();
+  // where rivals leave much alike, how far the numbers of the rig are from their beliefs tells
+  const auto above = [&](const Trial& one) { return 0.5 * ((rivals_alone ? one.fit.chi2 : one.fit.squares) - one.fit.count); };
+  const double stands = above(references_.free);
   double left = rivals_alone ? stands : exchanged_leaves * stands;
   for (std::size_t i = 0; i < adopted_.size() && !hurried(); ++i) {
     if (needsContact(adopted_[i].id)) continue;
@@ -73,12 +73,11 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking,
     if (rivals_alone && asked.empty()) continue;
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
-    const Eigen::VectorXd own = joint_.nuisance();
-    Trial without = candidates_.fit(rest, &own, joint_.local, {Through::free, iterations_without});
+    Trial without = fitWithout(rest, Through::free);
     if (!without.fit.finite) continue;
     rest = without.effects();
     References there = candidates_.referencesWithoutContact(without, without);
-    const auto leavesOf = [](const Trial& one) { return one.usable() ? 0.5 * (one.fit.squares - one.fit.count) : 1e300; };
+    const auto leavesOf = [&](const Trial& one) { return one.usable() ? above(one) : 1e300; };
     const auto tell = [&](const std::string& name) { progress(0.9, name + " in the place of " + adopted_[i].id); };
     const auto goneOn = [&](const Settings& from, const Trial& at, int iterations) {
       const Eigen::VectorXd nuisance = at.nuisance();
@@ -113,7 +112,7 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking,
         if (hurried()) break;
         tell(name);
         Trial other = candidates_.look(name, rest, there, {});
-        if (rivals_alone && other.usable() && !hurried()) other = goneOn(other.effects(), other, iterations_on);
+        if (rivals_alone && other.usable() && !hurried()) other = goneOn(other.effects(), other, iterations_of_rival);
         if (leavesOf(other) < leavesOf(one)) one = std::move(other);
       }
     }
@@ -125,11 +124,12 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking,
   return best;
 }
 
-/// Exchanges an earlier effect where the model leaves structure without contact, or, where it leaves little, for a rival. False: none was.
+/// Exchanges an earlier effect where the model leaves structure without contact; where it leaves none, for a rival that explains the runs
+/// better or needs numbers of the rig less far from their beliefs. False: none was.
 bool Diagnoser::exchange(Diagnosis& out) {
   if (adopted_.size() < 2 || hurried()) return false;
   const bool leaves_structure = errors_.validation_error_free >= structured_error;
-  if (!leaves_structure && (errors_.validation_error_free < worth_a_rival || !hasRivals(out.ranking))) return false;
+  if (!leaves_structure && !hasRivals(out.ranking)) return false;
   Instead other = lookInstead(out.ranking, !leaves_structure);
   if (!other.trial.usable()) return false;
   const Stood before = stood(out);
@@ -142,7 +142,8 @@ bool Diagnoser::exchange(Diagnosis& out) {
   const Candidate beside = valued(other.trial);
   out.steps.push_back({other.trial.effect, {}, {}});
   adopt(other.trial.effects(), other.trial, out);
-  if (bornOut(before.errors, errors_, false)) {
+  const bool likelier = !leaves_structure && candidates_.evidence(joint_, before.joint) > least_evidence && isAsNear(before.errors, errors_);
+  if (bornOut(before.errors, errors_, false) || likelier) {
     takeAnew(out.ranking, beside);
     return true;
   }

@@ -38,11 +38,14 @@ bool leavesMoreThan(double share, const CandidateErrors& baseline, const Candida
 
 }  // namespace
 
+bool isAsNear(const CandidateErrors& before, const CandidateErrors& after) {
+  const auto near = [](double was, double is, double times) { return was < 0.0 || (is >= 0.0 && is < times * was); };
+  return near(before.validation_error_free, after.validation_error_free, as_near) &&
+         near(before.validation_error_contact, after.validation_error_contact, contact_as_near);
+}
+
 bool sparesBelief(const OfBelief& before, const OfBelief& after) {
-  const auto asNear = [](double was, double is, double times) { return was < 0.0 || (is >= 0.0 && is < times * was); };
-  return before.deviations > far_by_chance && after.deviations < at_home &&
-         asNear(before.errors.validation_error_free, after.errors.validation_error_free, as_near) &&
-         asNear(before.errors.validation_error_contact, after.errors.validation_error_contact, contact_as_near);
+  return before.deviations > far_by_chance && after.deviations < at_home && isAsNear(before.errors, after.errors);
 }
 
 double excessWithoutContact(const CandidateErrors& errors) {

@@ -31,6 +31,9 @@ struct OfBelief {
   const CandidateErrors& errors;
 };
 
+/// Whether the runs to validate are left as near by the one as by the other, to what their noise makes of it.
+bool isAsNear(const CandidateErrors& before, const CandidateErrors& after);
+
 /// Whether a number of the rig that stands in for an effect where a model lacks it (less friction for one that falls with the slip,
 /// where all slips are fast) lies farther from its belief than chance takes it, and comes home with the effect, and the runs to
 /// validate are left as near: they show the same of both, and the belief decides.
