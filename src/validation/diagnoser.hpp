@@ -64,8 +64,8 @@ class Diagnoser {
     Trial trial, without;
     std::size_t place;  ///< of the one left out
   };
-  bool hasRivals(const std::vector<Candidate>& ranking) const;
-  Instead lookInstead(const std::vector<Candidate>& ranking, bool rivals_alone);
+  bool hasRivals(const Diagnosis& so_far) const;
+  Instead lookInstead(const Diagnosis& so_far, bool rivals_alone);
   bool exchange(Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool cleanWithoutContact() const;

@@ -5,6 +5,7 @@
 // it is kept, it is left out, and what another effect promises beside the rest is held to what the model leaves with it. The last one
 // may stand in, too: for one that promised less beside the rest and was not looked at.
 #include <algorithm>
+#include <cmath>
 
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/ranking.hpp"
@@ -35,41 +36,49 @@ bool isOfFewNumbers(const std::string& effect) {
   return hasASmallStart(effect) && effectCatalogue().find(effect)->parameters.size() <= few_numbers;
 }
 
-/// Effects that beside the belief did nearly as much as this one, and of which first order beside others tells nothing.
-std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<std::string>& names, const std::vector<Candidate>& ranking) {
+/// Effects that beside the belief did nearly as much as this one, and of which first order beside others tells nothing; none that has
+/// given way already.
+std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<std::string>& names, const Diagnosis& so_far) {
+  const std::vector<Candidate>& ranking = so_far.ranking;
+  const std::vector<std::string>& gone = so_far.withdrawn;
   std::vector<std::string> out;
   const auto alone = [&](const std::string& name) {
     const auto found = std::find_if(ranking.begin(), ranking.end(), [&](const Candidate& c) { return c.effect == name && c.beside.empty(); });
     return found == ranking.end() ? 0.0 : found->evidence;
   };
   for (const std::string& name : names)
-    if (!needsContact(name) && !hasASmallStart(name) && alone(name) > rival_share * std::max(least_evidence, alone(effect))) out.push_back(name);
+    if (!needsContact(name) && !hasASmallStart(name) && std::find(gone.begin(), gone.end(), name) == gone.end() &&
+        alone(name) > rival_share * std::max(least_evidence, alone(effect)))
+      out.push_back(name);
   return out;
 }
 
 }  // namespace
 
 /// Whether an earlier effect has rivals that are not in the model.
-bool Diagnoser::hasRivals(const std::vector<Candidate>& ranking) const {
+bool Diagnoser::hasRivals(const Diagnosis& so_far) const {
   const std::vector<std::string> rest = notAdopted();
   return std::any_of(adopted_.begin(), adopted_.end() - 1,
-                     [&](const EffectSetting& one) { return !rivalsOf(one.id, rest, ranking).empty(); });
+                     [&](const EffectSetting& one) { return !rivalsOf(one.id, rest, so_far).empty(); });
 }
 
 /// The effect that promises to leave least beside all adopted ones but one of the earlier, in its place, or a rival of that, and any of few
 /// numbers in the place of the last: looked at, not usable where none leaves far less than the model as it stands.
-Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking, bool rivals_alone) {
+Diagnoser::Instead Diagnoser::lookInstead(const Diagnosis& so_far, bool rivals_alone) {
   Instead best = {notFollowed(), Trial(), 0};
   const std::vector<std::string> names = foreseeTheRest();  // the references are of the model as it stands from here on
-  // where rivals leave much alike, how far the numbers of the rig are from their beliefs tells
-  const auto above = [&](const Trial& one) { return 0.5 * ((rivals_alone ? one.fit.chi2 : one.fit.squares) - one.fit.count); };
+  // where rivals leave much alike, how far the numbers of the rig are from their beliefs tells, and who needs fewer numbers of its own
+  const auto above = [&](const Trial& one) {
+    if (!rivals_alone) return 0.5 * (one.fit.squares - one.fit.count);
+    return 0.5 * (one.fit.chi2 - one.fit.count + one.space->size() * std::log(std::max(2.0, one.fit.count)));
+  };
   const double stands = above(references_.free);
   double left = rivals_alone ? stands : exchanged_leaves * stands;
   for (std::size_t i = 0; i < adopted_.size() && !hurried(); ++i) {
     if (needsContact(adopted_[i].id)) continue;
     const bool last = i + 1 == adopted_.size();
     if (last && (best.trial.usable() || rivals_alone)) break;  // one of the earlier stood in
-    std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, ranking);
+    std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, so_far);
     if (rivals_alone && asked.empty()) continue;
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));
@@ -129,8 +138,8 @@ Diagnoser::Instead Diagnoser::lookInstead(const std::vector<Candidate>& ranking,
 bool Diagnoser::exchange(Diagnosis& out) {
   if (adopted_.size() < 2 || hurried()) return false;
   const bool leaves_structure = errors_.validation_error_free >= structured_error;
-  if (!leaves_structure && !hasRivals(out.ranking)) return false;
-  Instead other = lookInstead(out.ranking, !leaves_structure);
+  if (!leaves_structure && !hasRivals(out)) return false;
+  Instead other = lookInstead(out, !leaves_structure);
   if (!other.trial.usable()) return false;
   const Stood before = stood(out);
   out.withdrawn.push_back(adopted_[other.place].id);
