@@ -35,8 +35,8 @@ double largestCurrent(const std::vector<Recording>& recordings) {
   return largest;
 }
 
-/// How deep an end goes into its auxiliary bearing: exceeded in a tenth of the samples that touch [m]; 0: none does.
-double typicalPenetration(const Model& belief, const std::vector<Recording>& recordings) {
+/// How deep an end goes into its auxiliary bearing, not exceeded in this share of the samples that touch [m]; 0: none does.
+double penetration(const Model& belief, const std::vector<Recording>& recordings, double share) {
   std::vector<double> depths;
   for (const auto& r : recordings) {
     if (!r.holdsContact()) continue;
@@ -48,9 +48,16 @@ double typicalPenetration(const Model& belief, const std::vector<Recording>& rec
     }
   }
   if (depths.empty()) return 0.0;
-  const auto at = depths.begin() + static_cast<long>(0.9 * static_cast<double>(depths.size() - 1));
+  const auto at = depths.begin() + static_cast<long>(share * static_cast<double>(depths.size() - 1));
   std::nth_element(depths.begin(), at, depths.end());
   return *at;
+}
+
+/// Stiffness of an auxiliary bearing with what carries it, as the rotor rests on two after a drop: half its weight over how deep it lies
+/// [N/m]; 0: it does not, or nothing weighs on them.
+double stiffnessAtRest(const Model& belief, const std::vector<Recording>& recordings) {
+  const double depth = penetration(belief, recordings, 0.5), weight = belief.rig.rotor.mass_kg * std::fabs(belief.rig.gravity_m_s2);
+  return depth > 0.0 ? 0.5 * weight / depth : 0.0;
 }
 
 /// Fastest turning of the runs that hold contact, of all where those stand still [rad/s].
@@ -185,6 +192,8 @@ std::vector<double> dragOfPulses(const Model& belief, const std::vector<Recordin
 /// Share of the believed contact stiffness below which the contact counts as softened by what carries it, and of the believed
 /// friction below which that counts as fallen.
 constexpr double much_softer = 0.5, much_less_friction = 0.6;
+/// Share of it that a model without a mount comes down to at most, about.
+constexpr double soft_as_can_be = 0.06;
 
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason,
@@ -283,7 +292,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
   if (effect == "eddy_current_lag") return {with({1e5})};
   if (effect == "hertzian_contact") {
     // the same energy as the linear law at the penetrations seen, or at lesser ones
-    const double seen = std::min(std::max(typicalPenetration(belief, recordings), 1e-6), 5e-5);
+    const double seen = std::min(std::max(penetration(belief, recordings, 0.9), 1e-6), 5e-5);
     std::vector<std::vector<double>> out;
     for (double d : {seen, 0.4 * seen, 0.15 * seen}) out.push_back({1.25 * kc / std::sqrt(d), std::max(dc / (kc * d), 1e-3)});
     return out;
@@ -295,8 +304,13 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
       out.push_back({stiffness, damping * std::sqrt(stiffness * mass), mass});
     };
     if (seen.stiffness_N_per_m > 0.0 && seen.stiffness_N_per_m < much_softer * kc) {
+      // the model's contact goes down to a twentieth of what is believed; a softer mount shows in how deep the rotor lies, and swings
+      // with that
+      const double resting = seen.stiffness_N_per_m < soft_as_can_be * kc ? stiffnessAtRest(belief, recordings) : 0.0;
+      const bool softer = resting > 0.0 && resting < seen.stiffness_N_per_m;
+      const double stiffness = 1.0 / (1.0 / (softer ? resting : seen.stiffness_N_per_m) - 1.0 / kc);
       for (double mass : {0.005, 0.015, 0.04})
-        for (double damping : {0.3, 1.0}) add(1.0 / (1.0 / seen.stiffness_N_per_m - 1.0 / kc), damping, mass);
+        for (double damping : {0.3, 1.0}) add(stiffness, softer ? damping / std::sqrt(mass) : damping, mass);
     } else {
       for (double share : {0.15, 0.6})
         for (double mass : {0.005, 0.015, 0.04}) add(share * kc, 0.3, mass);

@@ -128,6 +128,24 @@ TEST(StartingValuesTest, AFallingFrictionStartsAtWhatWasSeenOfIt) {
   EXPECT_EQ(of(0.9 * mu), of(0.0)) << "about as believed";
 }
 
+/// A contact alone goes down to a twentieth of what is believed of it: a mount of a three-hundredth is told by how deep the rotor rests.
+TEST(StartingValuesTest, AVerySoftMountStartsAtWhatCarriesTheRotor) {
+  Model rig = belief();
+  rig.rig.gravity_m_s2 = 9.81;
+  const double kc = rig.rig.auxiliary_bearing.stiffness_N_per_m, wanted = kc / 300.0;  // of contact and mount in series
+  const double depth_m = 0.5 * rig.rig.rotor.mass_kg * rig.rig.gravity_m_s2 / wanted;
+  Recording rests = recording(RunKind::drop, false);
+  for (long i = 0; i < rests.samples; ++i)
+    for (const int y : {1, 3}) rests.measured[i * predicted_channels + y] = -(rig.rig.auxiliary_bearing.clearance_m + depth_m);
+  std::string unused;
+  const auto of = [&](double seen) { return startingValues("compliant_mount", rig, {rests}, unused, {seen, 0.0}); };
+  const auto inSeries = [&](double mount) { return 1.0 / (1.0 / mount + 1.0 / kc); };
+  for (const auto& start : of(0.05 * kc)) EXPECT_NEAR(inSeries(start[0]), wanted, 1e-9 * wanted);
+  for (const auto& start : of(0.2 * kc)) EXPECT_NEAR(inSeries(start[0]), 0.2 * kc, 1e-9 * kc) << "the model's own contact is not at its end";
+  rig.rig.gravity_m_s2 = 0.0;
+  for (const auto& start : of(0.05 * kc)) EXPECT_NEAR(inSeries(start[0]), 0.05 * kc, 1e-9 * kc) << "nothing weighs on it";
+}
+
 TEST(StartingValuesTest, EveryEffectStartsInsideItsLimits) {
   const std::vector<Recording> all = {recording(RunKind::steady, false), recording(RunKind::drop, false)};
   int effects = 0;
