@@ -344,7 +344,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
     std::vector<LocalState> fresh = parts_->local;
     const double was = search.chi2(sought->stood, search.heldOut(), fresh, &held);
     const double is = search.chi2(law.x, search.heldOut(), fresh, nullptr);
-    out.held_out_gain = (was - is) / std::max(1.0, was - held);
+    out.held_out_gain = std::min(1.0, (was - is) / std::max(1.0, was - held));  // more where the noise is less than stated
     if (out.held_out_gain < least_term_share) {  // it only repeats the runs that it was fitted to
       out = Unexplained();
       out.shape = no_law;

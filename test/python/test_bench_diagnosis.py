@@ -50,6 +50,12 @@ def test_a_hit_is_counted_with_its_errors_over_the_stated_deviation(tmp_path):
     assert table["single: first"] == {"count": 1, "share": 1.0}  # without a stated difference it counts
 
 
+def test_right_effects_that_leave_structure_are_no_hit(tmp_path):
+    (tmp_path / "truth.yaml").write_text(TRUTH)
+    row = bench_diagnosis.judge(bench_diagnosis.truth_of(tmp_path / "truth.yaml"), {**diagnosis(), "verdict": "unknown"})
+    assert row["first"] and not row["all"]
+
+
 def test_cross_coupling_is_compared_at_one_speed():
     true = {"stiffness_N_per_m": 1000.0, "reference_speed_hz": 80.0, "speed_exponent": 1.5}
     stated = 1000.0 * (100.0 / 80.0) ** 1.5

@@ -66,7 +66,7 @@ struct Unexplained {
   std::optional<double> plane_z_m = {}; ///< of the one plane of the rotor at which it acts, where that is its place
   double plane_std_m = 0.0;
   double step_width_m = 0.0;            ///< over which a step of a sensor's signal is rounded off; 0: the law has none
-  double held_out_gain = 0.0;           ///< share of the unexplained error that the terms take away on held-out runs
+  double held_out_gain = 0.0;           ///< share of the unexplained error that the terms take away on held-out runs, at most 1
 };
 
 struct Diagnosis {

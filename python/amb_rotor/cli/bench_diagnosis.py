@@ -125,7 +125,7 @@ def judge(made: dict, diagnosis: dict) -> dict:
         best = diagnosis["ranking"][0] if ranking else {"confounded_with": []}
         row["first"] = bool(steps) and steps[0] in true
         row["near"] = any(effect in ranking[:3] or effect in best["confounded_with"] for effect in true)
-        row["all"] = sorted(steps) == sorted(true)
+        row["all"] = diagnosis["verdict"] == "effect" and sorted(steps) == sorted(true)
         for effect in made["effects"]:
             places = [(step["added"], step["parameters"]) for step in diagnosis["steps"]]
             found = next((parameters for added, parameters in places if added == effect["effect"]), None)
