@@ -11,8 +11,6 @@
 namespace amb_rotor {
 namespace {
 
-/// A fit may move what is known by a share up to so many times from the belief, either way.
-constexpr double farthest_factor = 20.0;
 
 /// Of a rise, over the typical value of what rises: below it there is none to see.
 constexpr double least_rise = 1e-4;

@@ -223,7 +223,8 @@ bool Diagnoser::isMoreForeseen() {
   return true;
 }
 
-/// The rest of the adopted effects, fitted from where the model stands; from the belief where that does not run without the one left out.
+/// The rest of the adopted effects, fitted from where the model stands; where that does not run without the one left out, from where the
+/// belief alone was fitted.
 Trial Diagnoser::fitWithout(const Settings& rest, Through through) const {
   const Eigen::VectorXd own = joint_.nuisance();
   Trial out = candidates_.fit(rest, &own, joint_.local, {through, iterations_without});

@@ -72,7 +72,7 @@ Diagnoser::Instead Diagnoser::lookInstead(const Diagnosis& so_far, bool rivals_a
     if (!rivals_alone) return 0.5 * (one.fit.squares - one.fit.count);
     return 0.5 * (one.fit.chi2 - one.fit.count + one.space->size() * std::log(std::max(2.0, one.fit.count)));
   };
-  const double stands = above(references_.free);
+  const double stands = rivals_alone ? above(references_.free) : references_.most();
   double left = rivals_alone ? stands : exchanged_leaves * stands;
   for (std::size_t i = 0; i < adopted_.size() && !hurried(); ++i) {
     if (needsContact(adopted_[i].id)) continue;

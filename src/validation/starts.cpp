@@ -6,6 +6,7 @@
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/model/model_rules.hpp"
+#include "amb_rotor/validation/coordinates.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -192,8 +193,8 @@ std::vector<double> dragOfPulses(const Model& belief, const std::vector<Recordin
 /// Share of the believed contact stiffness below which the contact counts as softened by what carries it, and of the believed
 /// friction below which that counts as fallen.
 constexpr double much_softer = 0.5, much_less_friction = 0.6;
-/// Share of it that a model without a mount comes down to at most, about.
-constexpr double soft_as_can_be = 0.06;
+/// Share of it below which a model without a mount has come down as far as it can.
+constexpr double soft_as_can_be = 1.2 / farthest_factor;
 
 std::vector<std::vector<double>> startingValues(const std::string& effect, const Model& belief,
                                                 const std::vector<Recording>& recordings, std::string& reason,
@@ -304,8 +305,7 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
       out.push_back({stiffness, damping * std::sqrt(stiffness * mass), mass});
     };
     if (seen.stiffness_N_per_m > 0.0 && seen.stiffness_N_per_m < much_softer * kc) {
-      // the model's contact goes down to a twentieth of what is believed; a softer mount shows in how deep the rotor lies, and swings
-      // with that
+      // a mount softer than the model's contact can be shows in how deep the rotor lies, and swings with that
       const double resting = seen.stiffness_N_per_m < soft_as_can_be * kc ? stiffnessAtRest(belief, recordings) : 0.0;
       const bool softer = resting > 0.0 && resting < seen.stiffness_N_per_m;
       const double stiffness = 1.0 / (1.0 / (softer ? resting : seen.stiffness_N_per_m) - 1.0 / kc);

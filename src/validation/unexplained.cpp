@@ -73,6 +73,9 @@ double squaresOfLine(const std::vector<ResidualRows>& runs, double frequency_hz)
   return sum;
 }
 
+/// Share of what is above the noise that is taken away: all of it, where the noise is less than stated and more is taken.
+double shareOf(double taken, double above) { return std::min(1.0, taken / std::max(1.0, above)); }
+
 /// Whether a law at the bearings is one term with one sign at both: what acts elsewhere is two terms there, or more.
 bool isOneAlikeAtBoth(const LawSearch& search, const Hypothesis& law) {
   return law.terms.size() == 1 && law.terms.front() - search.first() < effects::LawTerms::antisym_position;
@@ -244,7 +247,7 @@ struct UnexplainedSearch::Parts {
         for (const double r : row) squares += r * r;
         numbers += static_cast<double>(row.size());
       }
-    return line.frequency_hz > 0.0 ? squaresOfLine(runs, line.frequency_hz) / std::max(1.0, squares - numbers) : 0.0;
+    return line.frequency_hz > 0.0 ? shareOf(squaresOfLine(runs, line.frequency_hz), squares - numbers) : 0.0;
   }
   /// The law's terms are new unknowns, from zero, beside the nuisance with its own prior and what was adopted.
   static Eigen::VectorXd believed(const FitSpace& space, const Eigen::VectorXd& x) {
@@ -344,7 +347,7 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
     std::vector<LocalState> fresh = parts_->local;
     const double was = search.chi2(sought->stood, search.heldOut(), fresh, &held);
     const double is = search.chi2(law.x, search.heldOut(), fresh, nullptr);
-    out.held_out_gain = std::min(1.0, (was - is) / std::max(1.0, was - held));  // more where the noise is less than stated
+    out.held_out_gain = shareOf(was - is, was - held);
     if (out.held_out_gain < least_term_share) {  // it only repeats the runs that it was fitted to
       out = Unexplained();
       out.shape = no_law;

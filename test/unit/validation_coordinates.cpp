@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/common/units.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/coordinates.hpp"
 
 namespace amb_rotor {

@@ -175,6 +175,15 @@ TEST(DiagnosisPairsTest, WhatTheRotorNeedsToLevitateIsNotNeedless) {
   EXPECT_EQ(found.withdrawn, std::vector<std::string>{"magnetic_nonlinearity"});
 }
 
+/// A mode of nine numbers whose shapes are alike at all places moves as a stator does, of three, and leaves as little.
+TEST(DiagnosisPairsTest, AMovingStatorIsNotABendingMode) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  DiagnosisOptions options;
+  options.candidates = {"foundation_resonance", "magnetic_nonlinearity", "shaft_flexibility"};
+  const Diagnosis found = expectBothFound("foundation_resonance", "magnetic_nonlinearity", 1800091, {}, options);
+  EXPECT_EQ(found.withdrawn, std::vector<std::string>{"shaft_flexibility"});
+}
+
 /// Beside eddy currents the iron's law leaves 1.03 times the noise of what the limit leaves 1.00 of: less than is sought on for.
 TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimitWhereItLeavesLittle) {
   AMB_ROTOR_SKIP_UNLESS_LONG();

@@ -110,7 +110,7 @@ struct LawTerms {
     add("velocity_square_N_s2_per_m2", "N s2/m2", -3e2, "velocity: |v| v");
     add("velocity_axes_square_N_s2_per_m2", "N s2/m2", -3e2, "velocity: (|v_x| v_x, |v_y| v_y)");
     add("velocity_sign_N", "N", -0.1, "velocity: v/|v|");
-    add("velocity_sharp_sign_N", "N", -0.1, "velocity: v/|v|, sharp");
+    add("velocity_sharp_sign_N", "N", -0.1, "velocity: v/|v| (sharp)");
     add("velocity_position_N_s_per_m3", "N s/m3", -3e9, "position, velocity: |p|^2 v");
     add("sign_position_N_per_m", "N/m", -1e4, "position, velocity: |p| v/|v|");
     add("cross_N_per_m", "N/m", 1e3, "position: p'");
@@ -212,6 +212,7 @@ struct LawTerms {
   }
 
   static constexpr double sharp_per_A = 20.0;  ///< a current's sign is tanh of so many times it
+  static constexpr double rounded_s_per_m = 1e3, sharp_s_per_m = 1e4;  ///< a velocity's length over itself is tanh of so many times it
 
   /// The quantities at a place, and a term's vector there.
   template <class S>
@@ -238,7 +239,7 @@ struct LawTerms {
       sineCosine(S(two_pi * shaft.time) * frequency_, sine, cosine);
       return {cosine, sine};
     }
-    S sign() const { return hyperbolicTangent(rate * S(1e3)) / rate; }
+    S sign(double per_m_s = rounded_s_per_m) const { return hyperbolicTangent(rate * S(per_m_s)) / rate; }
     Vec2<S> vector(Term term) const {
       const S zero = S(0.0);
       const S c = shaft.cosine, s = shaft.sine, w = shaft.speed, time = S(shaft.time);
@@ -272,7 +273,7 @@ struct LawTerms {
         case velocity_sign:
           return sign() * v;
         case velocity_sharp_sign:
-          return hyperbolicTangent(rate * S(1e4)) / rate * v;
+          return sign(sharp_s_per_m) * v;
         case velocity_position:
           return square * v;
         case sign_position:

@@ -18,6 +18,9 @@
 
 namespace amb_rotor {
 
+/// A fit may move what is known by a share up to so many times from the belief, either way.
+constexpr double farthest_factor = 20.0;
+
 struct Coordinate {
   std::string name;      ///< rotor.mass_kg, sensor_runout.a_1x_m ...
   double scale = 1.0;    ///< a change of this size counts; finite differences take a share of it
