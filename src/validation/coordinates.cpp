@@ -135,6 +135,14 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
         c.scale = 0.1;
         addSlot(place, i, Kind::rise, c, 1, i + 1, rise < 0.0 ? -1.0 : 1.0);
         start.push_back(std::max(c.lower, std::log(std::max(std::fabs(rise), 1e-300))));
+      } else if (p.role == ParameterRole::quotient) {
+        double least = parameters[i + 1].lower, most = parameters[i + 1].upper;
+        narrowToRig(schema->id, parameters[i + 1].name, belief_, least, most);
+        c.lower = std::log(c.lower / most);
+        c.upper = std::log(c.upper / least);
+        c.scale = 0.1;
+        addSlot(place, i, Kind::quotient, c, 1, i + 1);
+        start.push_back(std::log(std::max(value, p.lower) / fitted_[e].values[i + 1]));
       } else if (p.role == ParameterRole::reciprocal) {
         c.lower = 1.0 / p.upper;
         c.upper = 1.0 / p.lower;
@@ -202,7 +210,8 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
       case Kind::inverse_root: v[slot.parameter] = 1.0 / (at * at); break;
       case Kind::reciprocal: v[slot.parameter] = 1.0 / at; break;
       case Kind::factor: v[slot.parameter] = linear_factor * std::sinh(at); break;
-      case Kind::rise: break;  // below, when what it rises from is there
+      case Kind::rise:
+      case Kind::quotient: break;  // below, when what they are counted from is there
       case Kind::vector_cosine: {
         const double sine = x[slot.coordinate + 1];
         v[slot.parameter] = std::hypot(at, sine);
@@ -213,10 +222,12 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
     }
   }
   for (const Slot& slot : slots_) {
-    if (slot.effect != place || slot.kind != Kind::rise) continue;
+    if (slot.effect != place || (slot.kind != Kind::rise && slot.kind != Kind::quotient)) continue;
     const auto& p = effectCatalogue().find(fitted_[place].id)->parameters[slot.parameter];
-    const double risen = v[slot.other_parameter] + slot.sign * std::exp(x[slot.coordinate]);
-    v[slot.parameter] = std::min(std::max(risen, p.lower), p.upper);
+    double lower = p.lower, upper = p.upper;
+    if (slot.kind == Kind::quotient) narrowToRig(fitted_[place].id, p.name, belief_, lower, upper);
+    const double other = v[slot.other_parameter], own = std::exp(x[slot.coordinate]);
+    v[slot.parameter] = std::clamp(slot.kind == Kind::rise ? other + slot.sign * own : other * own, lower, upper);
   }
   stateOnce(effectCatalogue().find(fitted_[place].id)->parameters, belief_, v);
   return v;
@@ -247,7 +258,7 @@ Model FitSpace::model(const Eigen::VectorXd& at) const {
 int FitSpace::coordinateOf(int place, int parameter) const {
   const auto slot = std::find_if(slots_.begin(), slots_.end(),
                                  [&](const Slot& s) { return s.effect == place && s.parameter == parameter; });
-  AMB_ROTOR_CHECK(slot != slots_.end(), "a rise stands before what it rises from");
+  AMB_ROTOR_CHECK(slot != slots_.end(), "a rise, or a quotient, stands before what it is counted from");
   return slot->coordinate;
 }
 
@@ -304,6 +315,12 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
         const double below = std::max(0.0, covariance(from, from));
         const double together = variance > 0.0 ? covariance(c, from) / std::sqrt(variance) : 0.0;
         out[slot.parameter].std = std::sqrt(std::max(0.0, own * own + below + 2.0 * own * together));
+        break;
+      }
+      case Kind::quotient: {  // as the sum of two logarithms
+        const int from = coordinateOf(place, slot.other_parameter);
+        const double sum = variance + std::max(0.0, covariance(from, from)) + 2.0 * covariance(c, from);
+        out[slot.parameter].std = std::min(std::fabs(v[slot.parameter]) * std::sqrt(std::max(0.0, sum)), schema.parameters[slot.parameter].upper);
         break;
       }
       case Kind::vector_cosine: {

@@ -14,7 +14,7 @@ struct MagneticNonlinearity {
   static EffectSchema schema() {
     return {"magnetic_nonlinearity", "force goes with (current/gap) squared, one-sided coils",
             "large amplitudes beside small ones",
-            {inPlaceOf("amb.bias_current_A", parameter("bias_current_A", "A", 1e-3, 1e3, 2.5, std::nan(""), "i0")),
+            {inPlaceOf("amb.bias_current_A", parameter("bias_current_A", "A", 1e-3, 1e3, 2.5, std::nan(""), "i0", ParameterRole::quotient)),
              inPlaceOf("amb.air_gap_m", parameter("air_gap_m", "m", 1e-5, 1e-2, 0.6e-3, std::nan(""), "s0, rotor centred"))},
             false, false, "amb.air_gap_m"};
   }

@@ -18,6 +18,7 @@ enum class ParameterRole {
   phase,      ///< belongs to the amplitudes before it, back to the last phase
   fixed,      ///< a reference or a choice; stays at `typical` in a fit
   rise,       ///< exceeds the parameter that follows it (or stays below): fitted as the logarithm of the difference
+  quotient,   ///< acts by its quotient with the parameter that follows it most: fitted as the logarithm of that
   reciprocal, ///< acts by its reciprocal, as v in exp(-x/v), or stands against a force, as a sensor's gain: fitted as that
   factor      ///< of either sign, acts by its products with others, as the shapes of a mode do: fitted as asinh(20 x)
 };

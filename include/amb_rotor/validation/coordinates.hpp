@@ -9,7 +9,9 @@
 // by 1/sqrt (a half-order lag's corner: the motion is linear in it next to neutral), a sensor's gain by its reciprocal, an amplitude
 // with its phase as a vector (a cos h p, a sin h p), h the phase's harmonic, all others as they are. Where friction
 // mu_d + (mu_s - mu_d) exp(-v/v_s) is seen at one speed v alone, ln(mu_s - mu_d) - v/v_s is what the data fix: the rise goes by its
-// logarithm, v_s by its reciprocal, and the valley is straight.
+// logarithm, v_s by its reciprocal, and the valley is straight. A bias current goes by its quotient with the air gap, the slope of the
+// magnets' force, which runs tell a hundred times as closely as either: differences through impacts, which err by a share of what they
+// change, then still tell of the gap.
 #include <Eigen/Core>
 #include <string>
 #include <vector>
@@ -66,12 +68,12 @@ class FitSpace {
   int effectCoordinates() const { return size() - nuisances_; }
 
  private:
-  enum class Kind { plain, logarithm, inverse_root, reciprocal, factor, rise, vector_cosine, vector_sine };
+  enum class Kind { plain, logarithm, inverse_root, reciprocal, factor, rise, quotient, vector_cosine, vector_sine };
   struct Slot {
     int effect, parameter, coordinate;
     Kind kind;
     int harmonic;
-    int other_parameter;  ///< of a vector: its phase; of a rise: what it rises from
+    int other_parameter;  ///< of a vector: its phase; of a rise: what it rises from; of a quotient: its divisor
     double sign;          ///< of a rise
   };
   std::vector<double> values(int place, const Eigen::VectorXd& x) const;
