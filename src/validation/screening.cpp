@@ -20,8 +20,10 @@ constexpr int judged_stride = 4;
 /// Iterations by which a look is gone on from before none counts as near.
 constexpr int further_iterations = 5;
 /// Where one leaves nothing through contact, a rival whose best start leaves more than this share of what the reference leaves there is
-/// not followed.
-constexpr double half_way = 0.5;
+/// not followed, unless it stands as near as that one's best start did, by so much more of it.
+constexpr double half_way = 0.5, as_near = 1.03;
+/// Evidence of a look at what all windows tell, over that of another, from which on it is followed first: it takes far longer.
+constexpr double plainly_ahead = 2.0;
 /// Shares of a screening at which looks are over, and fits to the end.
 constexpr double looked_at = 0.6, fitted = 0.85;
 
@@ -112,10 +114,11 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return level(a) < level(b); });
+  const double near_enough = stand[order[0]].usable() ? std::max(half_way, as_near * level(order[0])) : half_way;
   const auto glimpse = [&](std::size_t i) {
     if (candidates.limit().isUp()) {
       out[i] = notLookedAt(names[i]);
-    } else if (stand[i].usable() && level(i) > (so_far.through_contact ? half_way : not_in_sight)) {
+    } else if (stand[i].usable() && level(i) > (so_far.through_contact ? near_enough : not_in_sight)) {
       out[i] = std::move(stand[i]);
       out[i].fit.finite = false;
       out[i].note = comes_not_near;
@@ -158,7 +161,10 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
     const EffectSchema& schema = *effectCatalogue().find(name);
     return !schema.slow_to_predict && !schema.lasting;  // all windows at every look
   });
-  std::stable_sort(slow, others, more);
+  const auto weighed = [&](const std::string& name) {
+    return evidence(name) / (effectCatalogue().find(name)->lasting ? plainly_ahead : 1.0);
+  };
+  std::stable_sort(slow, others, [&](const std::string& a, const std::string& b) { return weighed(a) > weighed(b); });
   return names;
 }
 
