@@ -217,8 +217,8 @@ class Candidates {
   CandidateErrors judge(Trial& trial, bool with_contact, Judging judging, int stride = 1) const;
   /// See CandidateErrors, of local unknowns that the runs to validate have led to.
   double offsetDeviations(const std::vector<LocalState>& local) const;
-  /// Through contact. The belief about the nuisance is within what the runs to fit say.
-  LeftOpen leftOpenThroughContact(const Trial& trial) const;
+  /// On the runs to validate with contact, or those without. The belief about the nuisance is within what the runs to fit say.
+  LeftOpen leftOpen(const Trial& trial, Through through) const;
   /// Half the drop of the BIC.
   double evidence(const Trial& trial, const Trial& against) const;
   /// The references of a model with the given effects, fitted to the runs without contact and to all: what the former tell.

@@ -64,6 +64,7 @@ class Diagnoser {
     Trial trial, without;
     std::size_t place;  ///< of the one left out
   };
+  bool leavesNothing() const;
   bool hasRivals(const Diagnosis& so_far) const;
   Instead lookInstead(const Diagnosis& so_far, bool rivals_alone);
   bool exchange(Diagnosis& out);
@@ -75,6 +76,7 @@ class Diagnoser {
   bool strained() const;
   bool structured() const;
   bool isLeftOpen(Diagnosis& out) const;
+  bool standsAsNearAsIsOpen() const;
   UnexplainedSearch lawsBeside(const Trial& trial) const;
   Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
   Unexplained lawBesideAdopted(LawEffort effort) const;

@@ -32,13 +32,19 @@ constexpr double rival_share = 0.5;
 /// the earlier one has pulled far away first order does not tell of all.
 constexpr double promised_instead = 0.5;
 
+/// Validation error without contact up to which nothing is left that a rival of more numbers could take, where no number of the rig has
+/// been pulled far from its belief.
+constexpr double nothing_left = 1.01;
+
+std::size_t numbersOf(const std::string& effect) { return effectCatalogue().find(effect)->parameters.size(); }
+
 bool isOfFewNumbers(const std::string& effect) {
-  return hasASmallStart(effect) && effectCatalogue().find(effect)->parameters.size() <= few_numbers;
+  return hasASmallStart(effect) && numbersOf(effect) <= few_numbers;
 }
 
 /// Effects that beside the belief did nearly as much as this one, and of which first order beside others tells nothing; none that has
-/// given way already.
-std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<std::string>& names, const Diagnosis& so_far) {
+/// given way already, and only of fewer numbers where that is asked.
+std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<std::string>& names, const Diagnosis& so_far, bool fewer) {
   const std::vector<Candidate>& ranking = so_far.ranking;
   const std::vector<std::string>& gone = so_far.withdrawn;
   std::vector<std::string> out;
@@ -47,7 +53,8 @@ std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<s
     return found == ranking.end() ? 0.0 : found->evidence;
   };
   for (const std::string& name : names)
-    if (!needsContact(name) && !hasASmallStart(name) && std::find(gone.begin(), gone.end(), name) == gone.end() &&
+    if (!needsContact(name) && !hasASmallStart(name) && !(fewer && numbersOf(name) >= numbersOf(effect)) &&
+        std::find(gone.begin(), gone.end(), name) == gone.end() &&
         alone(name) > rival_share * std::max(least_evidence, alone(effect)))
       out.push_back(name);
   return out;
@@ -55,11 +62,14 @@ std::vector<std::string> rivalsOf(const std::string& effect, const std::vector<s
 
 }  // namespace
 
+/// Whether nothing is left without contact, and no number of the rig stands in for anything.
+bool Diagnoser::leavesNothing() const { return errors_.validation_error_free < nothing_left && !strained(); }
+
 /// Whether an earlier effect has rivals that are not in the model.
 bool Diagnoser::hasRivals(const Diagnosis& so_far) const {
   const std::vector<std::string> rest = notAdopted();
   return std::any_of(adopted_.begin(), adopted_.end() - 1,
-                     [&](const EffectSetting& one) { return !rivalsOf(one.id, rest, so_far).empty(); });
+                     [&](const EffectSetting& one) { return !rivalsOf(one.id, rest, so_far, leavesNothing()).empty(); });
 }
 
 /// The effect that promises to leave least beside all adopted ones but one of the earlier, in its place, or a rival of that, and any of few
@@ -78,7 +88,7 @@ Diagnoser::Instead Diagnoser::lookInstead(const Diagnosis& so_far, bool rivals_a
     if (needsContact(adopted_[i].id)) continue;
     const bool last = i + 1 == adopted_.size();
     if (last && (best.trial.usable() || rivals_alone)) break;  // one of the earlier stood in
-    std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, so_far);
+    std::vector<std::string> asked = rivalsOf(adopted_[i].id, names, so_far, leavesNothing());
     if (rivals_alone && asked.empty()) continue;
     Settings rest = adopted_;
     rest.erase(rest.begin() + static_cast<long>(i));

@@ -22,6 +22,8 @@ namespace {
 constexpr double as_good = 0.9, beside_others = 0.5;
 /// Effects adopted at most where a pair comes on top of the steps.
 constexpr int most_adopted = 4;
+/// Validation errors, without contact and through it, below which nothing more is sought.
+constexpr double clean_error = 1.05, clean_contact_error = 1.1;
 
 }  // namespace
 
@@ -95,9 +97,9 @@ void Diagnoser::rank(const std::vector<Trial>& trials, Diagnosis& out) const {
   order(out.ranking);
 }
 
-bool Diagnoser::cleanWithoutContact() const { return errors_.validation_error_free < 1.05; }
+bool Diagnoser::cleanWithoutContact() const { return errors_.validation_error_free < clean_error; }
 
-bool Diagnoser::clean() const { return cleanWithoutContact() && errors_.validation_error_contact < 1.1; }
+bool Diagnoser::clean() const { return cleanWithoutContact() && errors_.validation_error_contact < clean_contact_error; }
 
 /// Whether a nuisance is farther from the belief than chance takes it: it may stand for an effect (a contact that is too soft for
 /// a mount in series), at the floor, too.
@@ -109,14 +111,24 @@ bool Diagnoser::structured() const {
   return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
 }
 
-/// Whether what is left through contact is no more than what the runs to fit leave open of the model's numbers; then says so. The
-/// runs to validate may tell of a number more closely, a drop that whirls of a stiffness, and what is off by that is no structure.
+/// Whether what is left is no more than what the runs to fit leave open of the model's numbers; then says so. The runs to validate may
+/// tell of a number more closely, a drop that whirls of a stiffness, and what is off by that is no structure.
 bool Diagnoser::isLeftOpen(Diagnosis& out) const {
   if (adopted_.empty() || hurried() || errors_.validation_error_free > structured_error) return false;
-  const LeftOpen open = candidates_.leftOpenThroughContact(joint_);
+  const LeftOpen open = candidates_.leftOpen(joint_, Through::contact);
   if (!(open.error < structured_contact_error && open.byChance())) return false;
   out.remarks.push_back(leftOpenInWords(open, errors_.validation_error_contact));
   return true;
+}
+
+/// The same without contact, of less than structure, where the runs to fit are at the noise: a current limit leaves a step next to where the
+/// loop is lost, which tells of it more closely than all other runs, and no second effect is missing.
+bool Diagnoser::standsAsNearAsIsOpen() const {
+  if (adopted_.empty() || hurried() || cleanWithoutContact() || structured() || errors_.validation_error_contact >= clean_contact_error ||
+      errors_.fit_error >= clean_error)
+    return false;
+  const LeftOpen open = candidates_.leftOpen(joint_, Through::free);
+  return open.error < clean_error && open.byChance();
 }
 
 Diagnosis Diagnoser::run() {
@@ -165,7 +177,7 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out) || exchange(out)) {
     }
-    if (clean() && !strained()) {
+    if ((clean() || standsAsNearAsIsOpen()) && !strained()) {
       joinLate(out);  // what is to be seen in a run through contact alone is not known before
       if (step + 1 == options_.most_steps || hurried() || !isMoreForeseen()) break;
     } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {

@@ -12,12 +12,13 @@ constexpr int iterations = 8;
 }  // namespace
 
 /// The posterior of the runs to fit stands as prior: half (x - x_fit)' C^-1 (x - x_fit), in which the belief is already.
-LeftOpen Candidates::leftOpenThroughContact(const Trial& trial) const {
+LeftOpen Candidates::leftOpen(const Trial& trial, Through through) const {
+  const std::vector<int>& held_out = through == Through::contact ? check_contact_ : check_free_;
   const long size = trial.fit.x.size();
   const Eigen::MatrixXd known = Ldlt(trial.fit.covariance).solveColumns(Eigen::MatrixXd::Identity(size, size));
   LeftOpen out;
   out.numbers = static_cast<int>(size);
-  if (check_contact_.empty() || !known.allFinite()) return out;
+  if (held_out.empty() || !known.allFinite()) return out;
   QuadraticPrior prior = {known, trial.fit.x, 0.0};
   for (int k = 0; k < trial.space->nuisances(); ++k) {
     const double belief_std = trial.space->coordinates()[k].prior_std;
@@ -30,7 +31,7 @@ LeftOpen Candidates::leftOpenThroughContact(const Trial& trial) const {
   options.thorough_first = true;
   options.give_up = [this] { return limit_.isLongUp(); };
   std::vector<LocalState> local = trial.local;
-  const FitResult moved = amb_rotor::fit(problem, trial.fit.x, check_contact_, local, options, &prior);
+  const FitResult moved = amb_rotor::fit(problem, trial.fit.x, held_out, local, options, &prior);
   if (!moved.finite) return out;
   const Eigen::VectorXd way = moved.x - trial.fit.x;
   const double squared = way.dot(known * way);
@@ -41,7 +42,7 @@ LeftOpen Candidates::leftOpenThroughContact(const Trial& trial) const {
   evaluation.window_passes = 3;
   evaluation.thorough = true;
   std::vector<RunResult> results;
-  problem.evaluate(moved.x, check_contact_, local, evaluation, &results);
+  problem.evaluate(moved.x, held_out, local, evaluation, &results);
   double sum = 0.0;
   for (const RunResult& run : results) sum += run.mean_square;
   out.error = std::sqrt(sum / static_cast<double>(results.size()));

@@ -22,10 +22,11 @@ class LeftOpenTest : public ::testing::Test {
     return once;
   }
   /// As found, but with another contact stiffness, said to be known to `std` (of its logarithm).
-  Trial stated(double off, double std) const {
+  Trial stated(double off, double std) const { return stated("auxiliary_bearing.contact.stiffness_N_per_m", off, std); }
+  Trial stated(const std::string& name, double off, double std) const {
     Trial out = all().found;
     int k = 0;
-    while (out.space->coordinates()[k].name != "auxiliary_bearing.contact.stiffness_N_per_m") ++k;
+    while (out.space->coordinates()[k].name != name) ++k;
     out.fit.x[k] += off;
     out.fit.covariance.row(k).setZero();
     out.fit.covariance.col(k).setZero();
@@ -39,14 +40,26 @@ TEST_F(LeftOpenTest, WhatMovesWithinItsDeviationsReachesTheRunsToValidate) {
   const Trial off = stated(stiffer, 0.2);
   const double floor = errorOf(all().found);
   ASSERT_GT(errorOf(off), 1.5 * floor) << "it makes no difference, and this shows nothing";
-  const LeftOpen open = all().candidates.leftOpenThroughContact(off);
+  const LeftOpen open = all().candidates.leftOpen(off, Through::contact);
   EXPECT_LT(open.error, 1.05 * floor);
   EXPECT_GT(open.deviations, 0.9 * stiffer / 0.2);  // a prior of that width holds it back a little
   EXPECT_TRUE(open.byChance()) << open.deviations;
 }
 
+TEST_F(LeftOpenTest, SoDoesWhatMovesWithoutContact) {
+  const double mass = all().set.dataset.belief.rig.rotor.mass_kg, lighter = -0.05 * mass;
+  const Trial off = stated("rotor.mass_kg", lighter, 0.025 * mass);
+  const auto freeError = [](Trial trial) { return all().candidates.judge(trial, false, Judging::anew).validation_error_free; };
+  const double floor = freeError(all().found);
+  ASSERT_GT(freeError(off), 1.2 * floor) << "it makes no difference, and this shows nothing";
+  const LeftOpen open = all().candidates.leftOpen(off, Through::free);
+  EXPECT_LT(open.error, 1.02 * floor);
+  EXPECT_TRUE(open.byChance()) << open.deviations;
+  EXPECT_FALSE(all().candidates.leftOpen(stated("rotor.mass_kg", lighter, 0.0025 * mass), Through::free).byChance());
+}
+
 TEST_F(LeftOpenTest, WhatIsStatedCloserDoesNot) {
-  EXPECT_FALSE(all().candidates.leftOpenThroughContact(stated(stiffer, 0.02)).byChance());
+  EXPECT_FALSE(all().candidates.leftOpen(stated(stiffer, 0.02), Through::contact).byChance());
 }
 
 }  // namespace
