@@ -11,7 +11,6 @@
 namespace amb_rotor {
 namespace {
 
-
 /// Of a rise, over the typical value of what rises: below it there is none to see.
 constexpr double least_rise = 1e-4;
 
@@ -67,6 +66,17 @@ bool isFactor(const std::string& name, double value) {
                                      [&](const char* one) { return name.rfind(one, 0) == 0; });
 }
 
+struct Range {
+  double lower, upper;
+};
+
+/// What a parameter may be on a rig.
+Range rangeOnRig(const std::string& effect, const ParameterSchema& parameter, const Model& belief) {
+  Range out = {parameter.lower, parameter.upper};
+  narrowToRig(effect, parameter.name, belief, out.lower, out.upper);
+  return out;
+}
+
 }  // namespace
 
 bool isMachineUncertainty(const std::string& name) { return name.rfind("sensor.", 0) != 0; }
@@ -109,9 +119,9 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
       Coordinate c;
       c.name = schema->id + "." + p.name;
       c.scale = scaleOnRig(schema->id, p, belief_);
-      c.lower = p.lower;
-      c.upper = p.upper;
-      narrowToRig(schema->id, p.name, belief_, c.lower, c.upper);
+      const Range range = rangeOnRig(schema->id, p, belief_);
+      c.lower = range.lower;
+      c.upper = range.upper;
       if (p.role == ParameterRole::fixed) continue;
       const bool vector_next = p.role == ParameterRole::amplitude && i + 1 < static_cast<int>(parameters.size()) &&
                                parameters[i + 1].role == ParameterRole::phase && p.lower >= 0.0 &&
@@ -136,10 +146,9 @@ FitSpace::FitSpace(const Model& belief, const std::vector<EffectSetting>& fitted
         addSlot(place, i, Kind::rise, c, 1, i + 1, rise < 0.0 ? -1.0 : 1.0);
         start.push_back(std::max(c.lower, std::log(std::max(std::fabs(rise), 1e-300))));
       } else if (p.role == ParameterRole::quotient) {
-        double least = parameters[i + 1].lower, most = parameters[i + 1].upper;
-        narrowToRig(schema->id, parameters[i + 1].name, belief_, least, most);
-        c.lower = std::log(c.lower / most);
-        c.upper = std::log(c.upper / least);
+        const Range divisor = rangeOnRig(schema->id, parameters[i + 1], belief_);
+        c.lower = std::log(c.lower / divisor.upper);
+        c.upper = std::log(c.upper / divisor.lower);
         c.scale = 0.1;
         addSlot(place, i, Kind::quotient, c, 1, i + 1);
         start.push_back(std::log(std::max(value, p.lower) / fitted_[e].values[i + 1]));
@@ -224,10 +233,9 @@ std::vector<double> FitSpace::values(int place, const Eigen::VectorXd& x) const 
   for (const Slot& slot : slots_) {
     if (slot.effect != place || (slot.kind != Kind::rise && slot.kind != Kind::quotient)) continue;
     const auto& p = effectCatalogue().find(fitted_[place].id)->parameters[slot.parameter];
-    double lower = p.lower, upper = p.upper;
-    if (slot.kind == Kind::quotient) narrowToRig(fitted_[place].id, p.name, belief_, lower, upper);
+    const Range range = rangeOnRig(fitted_[place].id, p, belief_);
     const double other = v[slot.other_parameter], own = std::exp(x[slot.coordinate]);
-    v[slot.parameter] = std::clamp(slot.kind == Kind::rise ? other + slot.sign * own : other * own, lower, upper);
+    v[slot.parameter] = std::clamp(slot.kind == Kind::rise ? other + slot.sign * own : other * own, range.lower, range.upper);
   }
   stateOnce(effectCatalogue().find(fitted_[place].id)->parameters, belief_, v);
   return v;
@@ -320,7 +328,9 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
       case Kind::quotient: {  // as the sum of two logarithms
         const int from = coordinateOf(place, slot.other_parameter);
         const double sum = variance + std::max(0.0, covariance(from, from)) + 2.0 * covariance(c, from);
-        out[slot.parameter].std = std::min(std::fabs(v[slot.parameter]) * std::sqrt(std::max(0.0, sum)), schema.parameters[slot.parameter].upper);
+        const Range own = rangeOnRig(schema.id, schema.parameters[slot.parameter], belief_);
+        out[slot.parameter].std =
+            std::min(std::fabs(v[slot.parameter]) * std::sqrt(std::max(0.0, sum)), (own.upper - own.lower) / std::sqrt(12.0));
         break;
       }
       case Kind::vector_cosine: {

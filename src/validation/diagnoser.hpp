@@ -75,8 +75,9 @@ class Diagnoser {
   bool throughAll() const { return joined_ && candidates_.haveContact(); }  ///< whether the model is fitted through contact, too
   bool strained() const;
   bool structured() const;
-  bool isLeftOpen(Diagnosis& out) const;
-  bool standsAsNearAsIsOpen() const;
+  std::optional<LeftOpen> leftOpen(Through through, double error) const;
+  std::optional<LeftOpen> structureLeftOpen() const;
+  std::optional<LeftOpen> littleLeftOpen() const;
   UnexplainedSearch lawsBeside(const Trial& trial) const;
   Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
   Unexplained lawBesideAdopted(LawEffort effort) const;

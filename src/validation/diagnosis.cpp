@@ -111,24 +111,26 @@ bool Diagnoser::structured() const {
   return errors_.validation_error_free > structured_error || errors_.validation_error_contact > structured_contact_error;
 }
 
-/// Whether what is left is no more than what the runs to fit leave open of the model's numbers; then says so. The runs to validate may
-/// tell of a number more closely, a drop that whirls of a stiffness, and what is off by that is no structure.
-bool Diagnoser::isLeftOpen(Diagnosis& out) const {
-  if (adopted_.empty() || hurried() || errors_.validation_error_free > structured_error) return false;
-  const LeftOpen open = candidates_.leftOpen(joint_, Through::contact);
-  if (!(open.error < structured_contact_error && open.byChance())) return false;
-  out.remarks.push_back(leftOpenInWords(open, errors_.validation_error_contact));
-  return true;
+/// How near the runs to validate come within what the runs to fit leave open of the model's numbers, where that is below an error: they may
+/// tell of a number more closely, a drop that whirls of a stiffness, and what is off by that is no structure. None: they do not.
+std::optional<LeftOpen> Diagnoser::leftOpen(Through through, double error) const {
+  if (adopted_.empty() || hurried()) return {};
+  const LeftOpen open = candidates_.leftOpen(joint_, through);
+  if (!(open.error < error && open.byChance())) return {};
+  return open;
 }
 
-/// The same without contact, of less than structure, where the runs to fit are at the noise: a current limit leaves a step next to where the
-/// loop is lost, which tells of it more closely than all other runs, and no second effect is missing.
-bool Diagnoser::standsAsNearAsIsOpen() const {
-  if (adopted_.empty() || hurried() || cleanWithoutContact() || structured() || errors_.validation_error_contact >= clean_contact_error ||
-      errors_.fit_error >= clean_error)
-    return false;
-  const LeftOpen open = candidates_.leftOpen(joint_, Through::free);
-  return open.error < clean_error && open.byChance();
+std::optional<LeftOpen> Diagnoser::structureLeftOpen() const {
+  if (errors_.validation_error_free > structured_error) return {};
+  return leftOpen(Through::contact, structured_contact_error);
+}
+
+/// Of less than structure without contact, where the runs to fit are at the noise: a current limit leaves a step next to where the loop is
+/// lost, which tells of it more closely than all other runs, and no second effect is missing.
+std::optional<LeftOpen> Diagnoser::littleLeftOpen() const {
+  if (cleanWithoutContact() || structured() || errors_.validation_error_contact >= clean_contact_error || errors_.fit_error >= clean_error)
+    return {};
+  return leftOpen(Through::free, clean_error);
 }
 
 Diagnosis Diagnoser::run() {
@@ -177,7 +179,7 @@ Diagnosis Diagnoser::run() {
         }
     while (withdraw(out) || exchange(out)) {
     }
-    if ((clean() || standsAsNearAsIsOpen()) && !strained()) {
+    if ((clean() || littleLeftOpen()) && !strained()) {
       joinLate(out);  // what is to be seen in a run through contact alone is not known before
       if (step + 1 == options_.most_steps || hurried() || !isMoreForeseen()) break;
     } else if (step == 0 && !adopted_.empty() && lawIsPlain(to)) {
@@ -192,7 +194,9 @@ Diagnosis Diagnoser::run() {
   standingFirst(out);
   out.adopted = joint_.space->model(joint_.fit.x);
   const bool by_law = out.steps.empty() && law_ && !law_->terms.empty();  // what it leaves of contact was not looked at
-  if (stand_by || by_law || (structured() && !isLeftOpen(out))) {
+  const std::optional<LeftOpen> open = stand_by || by_law ? std::nullopt : structured() ? structureLeftOpen() : littleLeftOpen();
+  if (open) out.remarks.push_back(leftOpenInWords(*open, structured() ? Through::contact : Through::free, errors_));
+  if (stand_by || by_law || (structured() && !open)) {
     // beside effects, at the time limit, only what the measured path tells is fitted: with a bent shaft among them a fit takes minutes
     const LawEffort effort = !hurried() ? LawEffort::whole : adopted_.empty() ? LawEffort::plain : LawEffort::foreseen;
     out.verdict = "unknown";

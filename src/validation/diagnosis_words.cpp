@@ -85,10 +85,12 @@ std::string powerOf(const Trial& trial, double least_evidence) {
   return out;
 }
 
-std::string leftOpenInWords(const LeftOpen& open, double error) {
+std::string leftOpenInWords(const LeftOpen& open, Through through, const CandidateErrors& errors) {
+  const bool contact = through == Through::contact;
   char text[64];
   std::snprintf(text, sizeof text, "%.1f", open.deviations);
-  return "through contact the runs to validate stand at " + twoPlaces(error) +
+  return std::string(contact ? "through" : "without") + " contact the runs to validate stand at " +
+         twoPlaces(contact ? errors.validation_error_contact : errors.validation_error_free) +
          " times the noise, which what the runs to fit leave open accounts for: with the model's numbers moved by " + text +
          " of their stated deviations, all together, they stand at " + twoPlaces(open.error);
 }

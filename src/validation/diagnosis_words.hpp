@@ -21,8 +21,8 @@ std::vector<std::string> strainsOf(const Trial& standing);
 /// nowhere, are left out; empty where nothing is known.
 std::string powerOf(const Trial& trial, double least_evidence);
 
-/// Of an error through contact that the runs to fit leave open.
-std::string leftOpenInWords(const LeftOpen& open, double error);
+/// Of an error, through contact or without, that the runs to fit leave open.
+std::string leftOpenInWords(const LeftOpen& open, Through through, const CandidateErrors& errors);
 
 /// What to say where nothing is wrong without contact: that is where laws are sought.
 Unexplained inContactOnly();

@@ -19,8 +19,7 @@ constexpr double near_share = 0.9;
 constexpr int judged_stride = 4;
 /// Iterations by which a look is gone on from before none counts as near.
 constexpr int further_iterations = 5;
-/// Where one leaves nothing through contact, a rival whose best start leaves more than this share of what the reference leaves there is
-/// not followed, unless it stands as near as that one's best start did, by so much more of it.
+/// See isInSight().
 constexpr double half_way = 0.5, as_near = 1.03;
 /// Evidence of a look at what all windows tell, over that of another, from which on it is followed first: it takes far longer.
 constexpr double plainly_ahead = 2.0;
@@ -114,11 +113,11 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return level(a) < level(b); });
-  const double near_enough = stand[order[0]].usable() ? std::max(half_way, as_near * level(order[0])) : half_way;
+  const double nearest = stand[order[0]].usable() ? level(order[0]) : 0.0;
   const auto glimpse = [&](std::size_t i) {
     if (candidates.limit().isUp()) {
       out[i] = notLookedAt(names[i]);
-    } else if (stand[i].usable() && level(i) > (so_far.through_contact ? near_enough : not_in_sight)) {
+    } else if (stand[i].usable() && !isInSight(level(i), nearest, so_far.through_contact)) {
       out[i] = std::move(stand[i]);
       out[i].fit.finite = false;
       out[i].note = comes_not_near;
@@ -134,6 +133,10 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
 }
 
 }  // namespace
+
+bool isInSight(double level, double nearest, bool settled) {
+  return level <= (settled ? std::max(half_way, as_near * nearest) : not_in_sight);
+}
 
 void slowLast(std::vector<std::string>& names) {
   std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return !needsContact(name); });

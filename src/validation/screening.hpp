@@ -23,6 +23,13 @@ struct Screening {
   bool none_near = false;       ///< beside a stand-in no look without contact takes much: none was followed, nor judged
 };
 
+/// Whether a candidate through contact is looked at from where the best of its starts stands.
+/// @param level    what it leaves there, over what the reference leaves
+/// @param nearest  the same of the candidate that was looked at first
+/// @param settled  that one leaves nothing after its look. Another is then looked at only where it stands at half, or as near as that one
+///                 did: beside a reference far off a look that leaves little of it may still be far from the noise
+bool isInSight(double level, double nearest, bool settled);
+
 /// Those that take long to predict come last, when it is known whether they may still lead, and before them those through contact.
 void slowLast(std::vector<std::string>& names);
 
@@ -30,7 +37,8 @@ void slowLast(std::vector<std::string>& names);
 std::vector<std::string> likeliestFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
 /// Those that come within reach of the best, in the order given: two iterations do not tell which of them it is, and what takes long
-/// stays last, there by its evidence: the second of two such is hardly waited for. Then the others, by their evidence: what takes long and may be it does not wait for those that cannot.
+/// stays last, there by its evidence, of which a ring must have twice as much as the next to come first: the second of two such is hardly
+/// waited for. Then the others, by their evidence: what takes long and may be it does not wait for those that cannot.
 std::vector<std::string> contendersFirst(std::vector<std::string> names, const std::vector<Trial>& trials);
 
 /// @param names             those without contact are looked at first, by what they promise (foreseen.hpp), then the others, in an order

@@ -12,9 +12,13 @@ from amb_rotor import _core
 BLIND = pathlib.Path(__file__).parents[1] / "independent" / "blind.py"
 
 
-def independent_set(seed: int, index: int, folder: pathlib.Path, *laws: str) -> tuple:
-    """The data set, and the true parameters of what is hidden in it, by effect. laws: of a round of these laws only."""
-    chosen = ["--laws", *laws] if laws else []
+SETTLED = ("--offsets", "loop", "--integrators", "settled")
+
+
+def independent_set(seed: int, index: int, folder: pathlib.Path, *laws: str, reading: tuple[str, ...] = ()) -> tuple:
+    """The data set, and the true parameters of what is hidden in it, by effect. laws: of a round of these laws only; reading: of the
+    sentences of the format that can be read in two ways, as SETTLED."""
+    chosen = [*(["--laws", *laws] if laws else []), *reading]
     subprocess.run([sys.executable, str(BLIND), "--seed", str(seed), "--only", str(index), "--out", str(folder), *chosen], check=True)
     made = folder / f"set-{index:04d}"
     truth = yaml.safe_load((made / "truth.yaml").read_text())

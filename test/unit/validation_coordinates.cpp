@@ -202,7 +202,7 @@ TEST(FitSpaceTest, ARiseKnownToAFactorDeviatesByThatFactor) {
   EXPECT_NEAR(sure[1].std, 0.06e-4, 1e-12) << "never exact";
 }
 
-/// Each by its own logarithm they were stated 19 to 50 deviations off where runs with contact had been fitted along.
+/// Each by its own logarithm they were stated up to 50 deviations off where runs with contact had been fitted along.
 TEST(FitSpaceTest, ABiasCurrentGoesByItsQuotientWithTheAirGap) {
   Model rig = belief();
   rig.rig.amb.max_current_A = 4.0;  // no bias is above it

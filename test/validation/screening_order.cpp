@@ -57,13 +57,24 @@ TEST(ScreeningOrder, OfTwoThatTakeLongTheLikelierComesFirst) {
             (std::vector<std::string>{"compliant_mount", "inner_ring_spin", "velocity_dependent_friction"}));
 }
 
-/// Looks at a ring take all windows, ten times as long as a mount's: a ring that led a short look by 1.4 stood at 4.8 times the noise's
+/// Looks at a ring take all windows, ten times as long as a mount's: a ring that led a short look by 1.7 stood at 4.8 times the noise's
 /// square after three minutes, and the mount that was there left nothing.
 TEST(ScreeningOrder, ARingIsLookedAtFirstOnlyWhereItIsPlainlyAhead) {
   const std::vector<std::string> names = {"inner_ring_spin", "compliant_mount"};
   EXPECT_EQ(contendersFirst(names, {valued("inner_ring_spin", 1.6e5), valued("compliant_mount", 1.1e5)}),
             (std::vector<std::string>{"compliant_mount", "inner_ring_spin"}));
   EXPECT_EQ(contendersFirst(names, {valued("inner_ring_spin", 3e5), valued("compliant_mount", 1e5)}), names);
+}
+
+/// Of a reference 110 times the noise off a ring stood at 0.80 before its look and a mount at 0.81; the ring's look left under a
+/// thousandth, which was seven times the noise's square.
+TEST(ScreeningOrder, WhatStandsAsNearAsTheFirstIsLookedAt) {
+  EXPECT_TRUE(isInSight(0.81, 0.80, true));
+  EXPECT_FALSE(isInSight(0.88, 0.80, true));
+  EXPECT_TRUE(isInSight(0.49, 0.01, true)) << "at half, wherever the first stood";
+  EXPECT_FALSE(isInSight(0.51, 0.01, true));
+  EXPECT_TRUE(isInSight(1.4, 0.01, false));
+  EXPECT_FALSE(isInSight(1.6, 0.01, false));
 }
 
 }  // namespace

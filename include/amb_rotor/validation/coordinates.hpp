@@ -10,8 +10,8 @@
 // with its phase as a vector (a cos h p, a sin h p), h the phase's harmonic, all others as they are. Where friction
 // mu_d + (mu_s - mu_d) exp(-v/v_s) is seen at one speed v alone, ln(mu_s - mu_d) - v/v_s is what the data fix: the rise goes by its
 // logarithm, v_s by its reciprocal, and the valley is straight. A bias current goes by its quotient with the air gap, the slope of the
-// magnets' force, which runs tell a hundred times as closely as either: differences through impacts, which err by a share of what they
-// change, then still tell of the gap.
+// magnets' force, which runs without contact tell some hundred times as closely as either: what differences through impacts are off by
+// goes with what they change, and where both changed the slope it hid the gap.
 #include <Eigen/Core>
 #include <string>
 #include <vector>
