@@ -158,8 +158,9 @@ Trial Candidates::fit(const Settings& effects, const Eigen::VectorXd* nuisance, 
   }
   std::vector<int> which = effort.through == Through::contact ? fit_contact_ : fit_free_;
   if (effort.through == Through::all) which.insert(which.end(), fit_contact_.begin(), fit_contact_.end());
-  if (nuisance == nullptr && effects.empty() && effort.through == Through::free) start = startAtBelief(problem, which, trial.local);
-  trial.fit = amb_rotor::fit(problem, start, which, trial.local, options, prior);
+  const bool from_belief = nuisance == nullptr && effects.empty() && effort.through == Through::free;
+  trial.fit = from_belief ? fitFromBelief(problem, which, trial.local, options)
+                          : amb_rotor::fit(problem, start, which, trial.local, options, prior);
   if (!effects.empty()) trial.effect = effects.back().id;
   return trial;
 }

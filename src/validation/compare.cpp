@@ -52,7 +52,7 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
     FitOptions fit_options;
     fit_options.scores = true;
     fit_options.most_iterations = most_iterations_from_belief;
-    if (!fit_free.empty()) fitted = fit(problem, startAtBelief(problem, fit_free, local), fit_free, local, fit_options);
+    if (!fit_free.empty()) fitted = fitFromBelief(problem, fit_free, local, fit_options);
     progress(0.4, "refitting through contact");
     if (fit_all.size() > fit_free.size()) fitted = fit(problem, fitted.x, fit_all, local, fit_options);
   }

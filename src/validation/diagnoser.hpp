@@ -83,6 +83,7 @@ class Diagnoser {
   Unexplained lawBesideAdopted(LawEffort effort) const;
   bool lawIsPlain(double share);
   bool lawOutshines(const std::vector<Trial>& trials, double share);
+  bool lawIsLeft();
   bool lawLeavesAsLittle() const;
   bool lawLeavesLess();
   void standBy(Diagnosis& out);

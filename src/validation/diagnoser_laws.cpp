@@ -17,6 +17,9 @@ constexpr double plain_line = 0.8;
 /// Validation error without contact from which on a law is asked for before any effect is adopted, where no effect alone leaves less than
 /// this share of what is above the noise.
 constexpr double least_error_of_a_law = 1.03, explained_by_one = 0.05;
+/// The same from which on one is asked for at the end where no effect has earned its place, and what it must take of what is left: the noise
+/// of a loop next to its stability's limit may leave as much, and no law takes that.
+constexpr double least_error_left = 1.05, most_of_what_is_left = 0.5;
 
 }  // namespace
 
@@ -66,6 +69,18 @@ bool Diagnoser::lawOutshines(const std::vector<Trial>& trials, double share) {
   Unexplained law = lawBesideNone(LawEffort::foreseen);
   if (law.terms.empty() || law.held_out_gain < plain_gain) return false;
   if (excessWithoutContact(errors_) * (1.0 - law.held_out_gain) > doubtful_law_share * least) return false;
+  law_ = std::move(law);
+  return true;
+}
+
+/// Whether a law takes most of what is left beside the belief where no effect has earned its place and that is less than structure: numbers of
+/// the rig make up for most of a dead zone.
+bool Diagnoser::lawIsLeft() {
+  if (!adopted_.empty() || law_ || hurried()) return false;
+  if (errors_.validation_error_free < least_error_left || errors_.validation_error_free > structured_error) return false;
+  progress(0.92, "a law of what is left");
+  Unexplained law = lawBesideNone(LawEffort::whole);
+  if (law.depends_on.empty() || law.held_out_gain < most_of_what_is_left) return false;
   law_ = std::move(law);
   return true;
 }

@@ -193,7 +193,7 @@ Diagnosis Diagnoser::run() {
   if (!out.withdrawn.empty() && !out.steps.empty() && !hurried()) lookAgain(out);
   standingFirst(out);
   out.adopted = joint_.space->model(joint_.fit.x);
-  const bool by_law = out.steps.empty() && law_ && !law_->terms.empty();  // what it leaves of contact was not looked at
+  const bool by_law = out.steps.empty() && ((law_ && !law_->terms.empty()) || lawIsLeft());  // what it leaves of contact was not looked at
   const std::optional<LeftOpen> open = stand_by || by_law ? std::nullopt : structured() ? structureLeftOpen() : littleLeftOpen();
   if (open) out.remarks.push_back(leftOpenInWords(*open, structured() ? Through::contact : Through::free, errors_));
   if (stand_by || by_law || (structured() && !open)) {

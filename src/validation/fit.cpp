@@ -183,36 +183,6 @@ void settleFresh(const FitProblem& problem, const Eigen::VectorXd& x, const std:
 
 }  // namespace
 
-Eigen::VectorXd startAtBelief(const FitProblem& problem, const std::vector<int>& which, const std::vector<LocalState>& local) {
-  EvaluationOptions alone;
-  alone.jacobian = false;
-  alone.all_or_nothing = true;
-  const auto chi2At = [&](const Eigen::VectorXd& x) {
-    std::vector<LocalState> trial = local;
-    const NormalEquations found = problem.evaluate(x, which, trial, alone);
-    return found.finite ? found.chi2 : std::numeric_limits<double>::infinity();
-  };
-  const FitSpace& space = problem.space();
-  const Eigen::VectorXd start = space.clamped(space.start());
-  Eigen::VectorXd best = start;
-  double least = chi2At(start);
-  if (std::isfinite(least)) return start;
-  for (int k = 0; k < space.size(); ++k)
-    for (const double deviations : {-2.0, -1.0, 1.0, 2.0}) {
-      const Coordinate& coordinate = space.coordinates()[k];
-      if (!(coordinate.prior_std > 0.0)) continue;
-      Eigen::VectorXd x = start;
-      x[k] = coordinate.prior_mean + deviations * coordinate.prior_std;
-      x = space.clamped(x);
-      const double chi2 = chi2At(x) + deviations * deviations;
-      if (chi2 < least) {
-        least = chi2;
-        best = x;
-      }
-    }
-  return best;
-}
-
 FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std::vector<int>& which,
               std::vector<LocalState>& local, const FitOptions& options, const QuadraticPrior* extra) {
   const FitSpace& space = problem.space();

@@ -20,7 +20,7 @@ constexpr int judged_stride = 4;
 /// Iterations by which a look is gone on from before none counts as near.
 constexpr int further_iterations = 5;
 /// See isInSight().
-constexpr double half_way = 0.5, as_near = 1.03;
+constexpr double half_way = 0.5, about_as_near = 1.03;
 /// Evidence of a look at what all windows tell, over that of another, from which on it is followed first: it takes far longer.
 constexpr double plainly_ahead = 2.0;
 /// Shares of a screening at which looks are over, and fits to the end.
@@ -135,7 +135,7 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
 }  // namespace
 
 bool isInSight(double level, double nearest, bool settled) {
-  return level <= (settled ? std::max(half_way, as_near * nearest) : not_in_sight);
+  return level <= (settled ? std::max(half_way, about_as_near * nearest) : not_in_sight);
 }
 
 void slowLast(std::vector<std::string>& names) {

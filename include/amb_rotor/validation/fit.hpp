@@ -171,11 +171,12 @@ struct QuadraticPrior {
 /// Iterations at most of a fit that begins at the beliefs: a model that carries an effect may be next to its stability's limit there, and
 /// far off. One that begins near ends after eight.
 constexpr int most_iterations_from_belief = 40;
-/// The beliefs, or, where the motion does not stay finite there, the place of least chi2 beside them, each moved by one and two of its
-/// deviations alone; the beliefs again where none of these stays finite either.
-Eigen::VectorXd startAtBelief(const FitProblem& problem, const std::vector<int>& which, const std::vector<LocalState>& local);
-
 FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std::vector<int>& which,
               std::vector<LocalState>& local, const FitOptions& options, const QuadraticPrior* extra = nullptr);
+
+/// A fit that begins at the beliefs. Where the motion does not stay finite there, at the place of least chi2 beside them, each moved by one
+/// and two of its deviations alone (at the beliefs again where none of these stays finite either). Next to its stability's limit a loop has
+/// hollows: where the fit leaves plainly more than the noise and one of those places leaves less than it, also from there, and the better.
+FitResult fitFromBelief(const FitProblem& problem, const std::vector<int>& which, std::vector<LocalState>& local, const FitOptions& options);
 
 }  // namespace amb_rotor
