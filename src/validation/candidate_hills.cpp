@@ -28,9 +28,10 @@
 namespace amb_rotor {
 namespace {
 
-/// As far as other frequencies are looked for, their distance, and two of them that are on one hill: a ring of a hundred turns shows
-/// its frequency to a hundredth.
-constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015;
+/// As far as other frequencies of a ring are looked for, their distance, and two of them that are on one hill: a ring of a hundred turns
+/// shows its frequency to a hundredth. And farther off, where a fit without the mode has pulled the rig to where a softness without a
+/// ring does best.
+constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015, far_reach = 2.5, far_step = 1.04;
 /// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
 constexpr double ringing = 0.008, worth_climbing = 20.0;
 constexpr std::size_t most_hills = 2, models_at_once = 8;
@@ -165,7 +166,8 @@ Trial Candidates::amongFrequencies(Trial trial, int iterations) const {
     Settings start;
   };
   std::vector<Hill> hills;
-  for (double ratio = hill_step; ratio < hill_reach; ratio *= hill_step)
+  const double reach = trial.fit.squares > next_to_nothing * trial.fit.count ? far_reach : hill_reach;
+  for (double ratio = hill_step; ratio < reach; ratio *= ratio < hill_reach ? hill_step : far_step)
     for (const double side : {ratio, 1.0 / ratio})
       for (const double damping : {damping_ratio, ringing}) {
         Settings start = found;

@@ -28,6 +28,21 @@ TEST(ModeHills, AFitThatEndedBesideTheRightFrequencyIsLedThere) {
   EXPECT_LT(found.fit.chi2, beside.fit.chi2 - 100.0);
 }
 
+/// Without the mode the mass is pulled 13 of its deviations off, and a softness without a ring does best there, at twice the frequency.
+TEST(ModeHills, ASoftnessThatStandsForARingFarBelowIsLedThere) {
+  const MadeSet& set = madeSet(2000128, "shaft_flexibility", 0.0, false, {"chirp_1", "chirp_3", "steady_3", "step_2"});
+  const double frequency_hz = set.truth().effects.at(0).values[0];
+  const Candidates candidates(set.dataset.belief, set.dataset);
+  const Trial without = candidates.fit({}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, most_iterations_from_belief});
+  const EffectSetting soft = {"shaft_flexibility", {790.0, 0.2, 2.5, -0.45, 1.4, 1.7, 1.6, 0.5, -6.0}};
+  const Eigen::VectorXd pulled = without.nuisance();
+  const Trial beside = candidates.fit({soft}, &pulled, without.local, {Through::free, 8});
+  ASSERT_GT(beside.effects()[0].values[0], 1.5 * frequency_hz) << "it comes down alone, and this shows nothing";
+  const Trial found = candidates.onHighestHill(beside, 15);
+  EXPECT_NEAR(found.effects()[0].values[0], frequency_hz, 0.01 * frequency_hz);
+  EXPECT_LT(found.fit.squares, 0.1 * beside.fit.squares);
+}
+
 /// The mode's own part of the motion is the same where unbalance and its shape there are both half a turn off; the rotor's is not.
 TEST(ModeHills, AFitWithItsUnbalanceTurnedIsLedBack) {
   const MadeSet& set = madeSet(1600085, "shaft_flexibility", 0.5, false, {"chirp_1", "chirp_3", "steady_2", "steady_3", "step_2"});
