@@ -35,7 +35,7 @@ constexpr double hill_reach = 1.4, hill_step = 1.012, one_hill = 1.015, far_reac
 /// Damping ratio of a ring that a hill may have, beside that found, and drop of chi2 that one must promise.
 constexpr double ringing = 0.008, worth_climbing = 20.0;
 constexpr std::size_t most_hills = 2, models_at_once = 8;
-/// Mean square over the noise below which nothing is to be had by half a turn.
+/// Mean square over the noise below which nothing is to be had by half a turn, or far off.
 constexpr double next_to_nothing = 1.06;
 constexpr double quarter_turn = 0.5 * pi;
 /// Times the speed over which a friction falls, the lesser where no law agrees so far off, and ratio from which on two slips are apart.

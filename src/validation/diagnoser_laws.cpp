@@ -17,8 +17,8 @@ constexpr double plain_line = 0.8;
 /// Validation error without contact from which on a law is asked for before any effect is adopted, where no effect alone leaves less than
 /// this share of what is above the noise.
 constexpr double least_error_of_a_law = 1.03, explained_by_one = 0.05;
-/// The same from which on one is asked for at the end where no effect has earned its place, and what it must take of what is left: the noise
-/// of a loop next to its stability's limit may leave as much, and no law takes that.
+/// The same from which on one is asked for at the end where no effect has earned its place, and what it must take of what is left: noise
+/// that is understated leaves as much, and no law takes that.
 constexpr double least_error_left = 1.05, most_of_what_is_left = 0.5;
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST(ModeHills, AFitThatEndedBesideTheRightFrequencyIsLedThere) {
   EXPECT_LT(found.fit.chi2, beside.fit.chi2 - 100.0);
 }
 
-/// Without the mode the mass is pulled 13 of its deviations off, and a softness without a ring does best there, at twice the frequency.
+/// Without the mode the mass is pulled far from its belief, and a softness without a ring does best there, at over twice the frequency.
 TEST(ModeHills, ASoftnessThatStandsForARingFarBelowIsLedThere) {
   const MadeSet& set = madeSet(2000128, "shaft_flexibility", 0.0, false, {"chirp_1", "chirp_3", "steady_3", "step_2"});
   const double frequency_hz = set.truth().effects.at(0).values[0];

@@ -4,10 +4,12 @@
 
 #include <cmath>
 
+#include "../../src/validation/candidates.hpp"
 #include "../support/made_sets.hpp"
 #include "../support/models.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/machine.hpp"
+#include "amb_rotor/validation/compare.hpp"
 #include "amb_rotor/validation/fit.hpp"
 
 namespace amb_rotor {
@@ -80,6 +82,11 @@ TEST(FitTest, AHollowNextToTheStabilitysLimitIsLeft) {
   EXPECT_LT(found.squares, 1.06 * 1.06 * found.count);
   const double ki = set.made.truth.rig.amb.current_stiffness_N_per_A;
   EXPECT_NEAR(space.model(found.x).rig.amb.current_stiffness_N_per_A, ki, 0.001 * ki);
+  // what a diagnosis begins with, and a comparison
+  const Candidates candidates(belief, set.dataset);
+  const FitResult baseline = candidates.fit({}, nullptr, fresh, {Through::free, most_iterations_from_belief}).fit;
+  EXPECT_LT(baseline.squares, 1.06 * 1.06 * baseline.count);
+  EXPECT_LT(compare(belief, set.dataset).validation_errors.error, 1.06);
 }
 
 TEST(FitTest, TheValleyOfGainAgainstKiIsWalkedToItsEnd) {
