@@ -9,6 +9,9 @@ namespace amb_rotor {
 void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count);
+bool settleBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out);
+bool settleAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out);
+bool settleAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out);
 bool allLinearBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 bool allLinearAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 bool allLinearAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count);
@@ -19,6 +22,7 @@ namespace {
 struct Choice {
   void (*run)(const Stretch&, LaneJob*, std::size_t);
   bool (*linear)(const Stretch&, LaneJob*, std::size_t);
+  bool (*settle)(const Stretch&, LaneJob*, std::size_t, MachineState<double>*);
   int lanes;
   const char* name;
 };
@@ -27,10 +31,10 @@ const Choice& choice() {
   static const Choice chosen = [] {
     __builtin_cpu_init();
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
-      return Choice{predictAvx512, allLinearAvx512, 8, "AVX-512"};
+      return Choice{predictAvx512, allLinearAvx512, settleAvx512, 8, "AVX-512"};
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-      return Choice{predictAvx2, allLinearAvx2, 4, "AVX2"};
-    return Choice{predictBaseline, allLinearBaseline, 2, "SSE2"};
+      return Choice{predictAvx2, allLinearAvx2, settleAvx2, 4, "AVX2"};
+    return Choice{predictBaseline, allLinearBaseline, settleBaseline, 2, "SSE2"};
   }();
   return chosen;
 }
@@ -54,6 +58,23 @@ bool worthReading(const Stretch& stretch, const std::vector<LaneJob>& jobs) {
   return (stretch.last - stretch.first) / stretch.record_rate_hz + run_in >= least_s;
 }
 
+/// Whether a run-in takes longer than finding its end in closed form (measured: as long as 0.2 s of it).
+bool worthSolving(const Stretch& stretch, const std::vector<LaneJob>& jobs) {
+  constexpr double least_s = 0.3;
+  const bool runs_in = !jobs.empty() && jobs[0].start == nullptr && jobs[0].settle_from == nullptr;
+  return runs_in && stretch.settle_s + stretch.calm_s >= least_s;
+}
+
+/// Where all machines settle, the motion that each does settle in; none where one does not.
+std::vector<std::vector<MachineState<double>>> settledMotions(const Stretch& stretch, std::vector<std::vector<LaneJob>>& groups) {
+  std::vector<std::vector<MachineState<double>>> out;
+  for (auto& group : groups) {
+    out.emplace_back(group.size());
+    if (!choice().settle(stretch, group.data(), group.size(), out.back().data())) return {};
+  }
+  return out;
+}
+
 void predictOnce(const Stretch& given, std::vector<LaneJob>& jobs) {
   Stretch stretch = given;
   if (stretch.by_events) return predictByEvents(stretch, jobs.data(), jobs.size());
@@ -72,17 +93,22 @@ void predictOnce(const Stretch& given, std::vector<LaneJob>& jobs) {
   }
   // one way for all: differences between lanes are what a fit lives on
   stretch.exact = worthReading(stretch, jobs) && choice().linear(stretch, jobs.data(), jobs.size());
-  std::map<std::pair<double, double>, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < jobs.size(); ++i) groups[controllerInstants(*jobs[i].model)].push_back(i);
-  if (groups.size() == 1) {
-    choice().run(stretch, jobs.data(), jobs.size());
-    return;
+  std::map<std::pair<double, double>, std::vector<std::size_t>> indices;
+  for (std::size_t i = 0; i < jobs.size(); ++i) indices[controllerInstants(*jobs[i].model)].push_back(i);
+  std::vector<std::vector<LaneJob>> groups;
+  for (const auto& group : indices) {
+    groups.emplace_back();
+    for (std::size_t i : group.second) groups.back().push_back(jobs[i]);
   }
-  for (const auto& group : groups) {
-    std::vector<LaneJob> own;
-    for (std::size_t i : group.second) own.push_back(jobs[i]);
-    choice().run(stretch, own.data(), own.size());
-    for (std::size_t k = 0; k < own.size(); ++k) jobs[group.second[k]].finite = own[k].finite;
+  std::vector<std::vector<MachineState<double>>> settled;
+  if (stretch.exact && worthSolving(stretch, jobs)) settled = settledMotions(stretch, groups);
+  auto group = groups.begin();
+  for (const auto& of_group : indices) {
+    for (std::size_t k = 0; k < group->size() && !settled.empty(); ++k)
+      (*group)[k].start = &settled[group - groups.begin()][k];
+    choice().run(stretch, group->data(), group->size());
+    for (std::size_t k = 0; k < group->size(); ++k) jobs[of_group.second[k]].finite = (*group)[k].finite;
+    ++group;
   }
 }
 

@@ -7,6 +7,10 @@ void predictAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   predictAll<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count);
 }
 
+bool settleAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
+  return settleAll<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count, out);
+}
+
 bool allLinearAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   return allLinear<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count);
 }

@@ -7,6 +7,10 @@ void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   predictAll<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
 }
 
+bool settleAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
+  return settleAll<Lanes<xsimd::avx512dq>>(stretch, jobs, count, out);
+}
+
 bool allLinearAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   return allLinear<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
 }

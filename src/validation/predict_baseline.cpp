@@ -7,6 +7,10 @@ void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   predictAll<Lanes<xsimd::sse2>>(stretch, jobs, count);
 }
 
+bool settleBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
+  return settleAll<Lanes<xsimd::sse2>>(stretch, jobs, count, out);
+}
+
 bool allLinearBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   return allLinear<Lanes<xsimd::sse2>>(stretch, jobs, count);
 }

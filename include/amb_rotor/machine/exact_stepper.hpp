@@ -69,8 +69,8 @@ class ExactStepper {
  private:
   /// Lengths of steps that are kept; beyond them (rates of controller and record that hardly ever meet) they are not exact.
   static constexpr std::size_t most_lengths = 64, most_lengths_of_changing_speed = 4;
-  /// Interpolation between speeds is off by (10 rad/s * 100 us)^2/8 = 1e-7 of the turning forces, and less of the gyroscopic.
-  static constexpr double speed_spacing_rad_s = 10.0;
+  /// Interpolation between speeds is off by (30 rad/s * 100 us)^2/8 = 1.1e-6 of the turning forces, and less of the gyroscopic.
+  static constexpr double speed_spacing_rad_s = 30.0;
   /// Steps from one look at the distance to the auxiliary bearings to the next.
   static constexpr int unseen_steps = 8;
 

@@ -24,7 +24,9 @@ struct Stretch {
   long first = 0, last = 0;
   double largest_step_s = 5e-5;
   double contact_step_s = 2.5e-6;  ///< 0: contact is left out
-  double settle_s = 0.15;  ///< run-in where a lane has no starting state
+  /// Run-in where a lane has no starting state. A long one of machines that are linear out of contact is not gone through: they
+  /// begin with the motion that they settle in (machine/settled_motion.hpp), where all of them have one.
+  double settle_s = 0.15;
   double integrator_leak_per_s = 0.0;  ///< in the run-in, see Simulator::leakIntegrators(); 0: they rest
   double calm_s = 0.0;     ///< before that, with weakly damped modes held back: their static deflection would ring for long
   /// Through contact of set-valued friction: every machine goes by itself, its events located (machine/event_stepper.hpp).

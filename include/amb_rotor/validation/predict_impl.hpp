@@ -5,6 +5,7 @@
 #include "amb_rotor/machine/exact_stepper.hpp"
 #include "amb_rotor/machine/lane_stepper.hpp"
 #include "amb_rotor/machine/machine_impl.hpp"
+#include "amb_rotor/machine/settled_motion.hpp"
 #include "amb_rotor/validation/predict.hpp"
 
 namespace amb_rotor {
@@ -128,6 +129,69 @@ void takeMotion(const MachineState<double>& from, Spin spin, std::size_t lane, M
   }
 }
 
+/// What a pack is driven by before a stretch: a constant speed, no excitation, no schedule, its integrators at rest or leaking.
+template <class S>
+class RunIn {
+ public:
+  RunIn(const Stretch& stretch, const LaneJob* jobs, std::size_t count, const Machine<S>& machine, const Drive<S>& of_stretch)
+      : drive_(of_stretch),
+        constant_(0.0, 0.0),
+        start_time_(stretch.first / stretch.record_rate_hz),
+        rate_hz_(machine.ambModel() == AmbModel::linear ? laneValue(machine.rig().controller.sample_rate_hz, 0)
+                                                        : stretch.record_rate_hz),
+        leak_per_s_(stretch.integrator_leak_per_s) {
+    drive_.hold_speed = true;
+    drive_.excitation = nullptr;
+    drive_.lane_excitation.clear();
+    drive_.schedule = nullptr;
+    for (int a = 0; a < 4; ++a) drive_.sensor_drift[a] = S(0.0);
+    if (stretch.path != nullptr) {
+      const ShaftInstant now = stretch.path->at(start_time_);
+      constant_ = ConstantShaft(now.angle - now.speed * start_time_, now.speed);
+      drive_.path = &constant_;
+    }
+    for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
+      for (int a = 0; a < 4; ++a) setLane(integral_m_s_[a], l, jobs[l < count ? l : count - 1].integral_m_s[a]);
+  }
+  RunIn(const RunIn&) = delete;
+  RunIn& operator=(const RunIn&) = delete;
+
+  const Drive<S>& drive() const { return drive_; }
+  double startTime() const { return start_time_; }
+  /// Of the controller, or of the record where there is none.
+  double rate() const { return rate_hz_; }
+  const S* integrals() const { return integral_m_s_; }
+  void prepare(Simulator<S>& sim) const {
+    if (leak_per_s_ > 0.0)
+      sim.leakIntegrators(leak_per_s_, integral_m_s_);
+    else
+      sim.restIntegrators();
+  }
+
+ private:
+  Drive<S> drive_;
+  ConstantShaft constant_;
+  double start_time_, rate_hz_, leak_per_s_;
+  S integral_m_s_[4];
+};
+
+/// The settled motion of every lane at the stretch's beginning, see machine/settled_motion.hpp; false where one has none.
+template <class S>
+bool settlePack(const Stretch& stretch, const LaneJob* jobs, std::size_t count, MachineState<double>* out) {
+  const Machine<S> machine = packMachine<S>(stretch, jobs, count);
+  const Drive<S> drive = packDrive<S>(stretch, jobs, count);
+  const RunIn<S> run_in(stretch, jobs, count, machine, drive);
+  const SettledMotion<S> settled(machine, run_in.drive(), run_in.startTime(), 1.0 / run_in.rate(), run_in.integrals(),
+                                 stretch.largest_step_s, stretch.contact_step_s > 0.0,
+                                 [&run_in](Simulator<S>& sim) { run_in.prepare(sim); });
+  if (!settled.solved()) return false;
+  for (std::size_t l = 0; l < count; ++l) {
+    unpackState(settled.state(), l, out[l]);
+    out[l].next_record = stretch.first;
+  }
+  return true;
+}
+
 /// One pack: jobs [from, from + lanes).
 template <class S, class Steps = FixedSteps<S>>
 void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
@@ -145,36 +209,15 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     state = packStates<S>(starts);
   } else {
     const double coarse_contact = stretch.contact_step_s > 0.0 ? stretch.largest_step_s : 0.0;
-    Drive<S> run_in = drive;
-    ConstantShaft constant(0.0, 0.0);
-    run_in.hold_speed = true;
-    run_in.excitation = nullptr;
-    run_in.lane_excitation.clear();
-    run_in.schedule = nullptr;
-    for (int a = 0; a < 4; ++a) run_in.sensor_drift[a] = S(0.0);
-    if (stretch.path != nullptr) {
-      const ShaftInstant now = stretch.path->at(start_time);
-      constant = ConstantShaft(now.angle - now.speed * start_time, now.speed);
-      run_in.path = &constant;
-    }
-    const double rate = machine.ambModel() == AmbModel::linear
-                            ? laneValue(machine.rig().controller.sample_rate_hz, 0)
-                            : stretch.record_rate_hz;
-    Simulator<S> before(machine, run_in, 0.0);
-    if (stretch.integrator_leak_per_s > 0.0) {
-      S about[4];
-      for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
-        for (int a = 0; a < 4; ++a) setLane(about[a], l, jobs[l < count ? l : count - 1].integral_m_s[a]);
-      before.leakIntegrators(stretch.integrator_leak_per_s, about);
-    } else {
-      before.restIntegrators();
-    }
+    const RunIn<S> run_in(stretch, jobs, count, machine, drive);
+    const double rate = run_in.rate();
+    Simulator<S> before(machine, run_in.drive(), 0.0);
+    run_in.prepare(before);
     before.settleLags(stretch.settle_s);
     const double begin = start_time - std::ceil(stretch.settle_s * rate) / rate;
     const bool moving = jobs[0].settle_from != nullptr;
     state = before.atRest(moving ? begin : begin - std::ceil(stretch.calm_s * rate) / rate);
-    for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
-      for (int a = 0; a < 4; ++a) setLane(state.controller[a].integral, l, jobs[l < count ? l : count - 1].integral_m_s[a]);
+    for (int a = 0; a < 4; ++a) state.controller[a].integral = run_in.integrals()[a];
     if (moving) {
       for (std::size_t l = 0; l < count; ++l) takeMotion(*jobs[l].settle_from, machine.spin(), l, state);
     }
@@ -184,7 +227,7 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
       std::vector<const Model*> these;
       for (const Model& model : calm) these.push_back(&model);
       const Machine<S> held_back(these, stretch.spin);
-      Simulator<S> first(held_back, run_in, 0.0);
+      Simulator<S> first(held_back, run_in.drive(), 0.0);
       first.restIntegrators();
       first.settleLags(stretch.settle_s);
       typename Steps::Stepper steps = Steps::make(held_back, stretch.largest_step_s, coarse_contact);
@@ -249,6 +292,14 @@ void predictAll(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
     else
       predictPack<S>(stretch, pack, size);
     return true;
+  });
+}
+
+/// The settled motions of all lanes; false where one has none.
+template <class S>
+bool settleAll(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
+  return eachPack<S>(jobs, count, [&](LaneJob* pack, std::size_t size) {
+    return settlePack<S>(stretch, pack, size, out + (pack - jobs));
   });
 }
 
