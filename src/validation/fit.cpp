@@ -3,8 +3,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "amb_rotor/common/error.hpp"
 #include "amb_rotor/common/linear_algebra.hpp"
@@ -91,6 +93,30 @@ bool FitProblem::dependsOnAngle(const Model& model) const {
   return false;
 }
 
+namespace {
+
+/// Watches over the sum of a step that is tried.
+class Useful {
+ public:
+  explicit Useful(double most_chi2) : most_(most_chi2) {}
+  bool ended() const { return ended_at_.load(std::memory_order_relaxed) >= 0; }
+  int endedAt() const { return ended_at_.load(); }
+  void add(const NormalEquations& part, int index) {
+    if (!std::isfinite(most_)) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    sum_ += std::max(0.0, part.chi2);
+    if (!ended() && !(part.finite && sum_ < most_)) ended_at_ = index;
+  }
+
+ private:
+  const double most_;
+  double sum_ = 0.0;
+  std::atomic<int> ended_at_{-1};
+  std::mutex mutex_;
+};
+
+}  // namespace
+
 NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector<int>& which,
                                      std::vector<LocalState>& local, const EvaluationOptions& options,
                                      std::vector<RunResult>* results) const {
@@ -116,14 +142,24 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
     }
   std::vector<NormalEquations> parts(which.size(), NormalEquations(p));
   std::vector<RunResult> own(which.size());
-  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) {
+  Useful useful(options.useful_chi2);
+  tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t place) {
+    const std::size_t i = (place + options.first) % which.size();
+    if (useful.ended()) return;
     const Recording& rec = recordings_[which[i]];
     LocalState& state = local[which[i]];
     AMB_ROTOR_CHECK(frozen == 0 || !rec.holdsContact(), "frozen columns are of recordings without contact");
     parts[i] = rec.holdsContact() ? evaluateWindows(x, touching, columns, rec, state, options, own[i])
                                   : evaluateFree(free, columns, rec, state, options, own[i]);
+    useful.add(parts[i], static_cast<int>(i));
   });
   NormalEquations sum(p);
+  if (useful.ended()) {
+    sum.finite = false;
+    sum.chi2 = sum.squares = 1e300;
+    sum.ended_at = useful.endedAt();
+    return sum;
+  }
   for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);
   // a coordinate at its upper limit was stepped downwards
   if (options.jacobian)
@@ -233,6 +269,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   double gained = 0.0;  // by the last step
   const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
   const Eigen::VectorXd trusted = trustedLengths(space);
+  int first = 0;
   for (int iteration = 0; iteration < options.most_iterations && !(options.give_up && options.give_up()); ++iteration) {
     Eigen::MatrixXd h = now.h;
     Eigen::VectorXd g = now.g;
@@ -278,7 +315,10 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         trial_options.thorough = true;
         trial_options.window_passes = options.first_window_passes;
       }
+      trial_options.useful_chi2 = chi2 - penalty(x);
+      trial_options.first = first;
       NormalEquations trial = problem.evaluate(x, which, trial_local, trial_options);
+      if (trial.ended_at >= 0) first = trial.ended_at;  // the next step, which is a shorter one, may fail there, too
       const double trial_chi2 = trial.chi2 + penalty(x);
       if (trial.finite && trial_chi2 < chi2) {
         converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < last_drop;
@@ -291,6 +331,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
           now = std::move(trial);
         } else if (go_on || options.covariance) {
           trial_options.jacobian = true;
+          trial_options.useful_chi2 = std::numeric_limits<double>::infinity();
           now = problem.evaluate(x, which, local, trial_options);
           chi2 = now.chi2 + penalty(x);
         } else {

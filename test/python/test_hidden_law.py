@@ -58,6 +58,7 @@ law:
 """
 
 
+@pytest.mark.long
 def test_a_pair_that_leaves_next_to_nothing_gives_way_to_a_law_that_leaves_less(tmp_path):
     """Drag of a seal, 1.07 times the noise without contact, of which a foundation and a delay leave under 1.02."""
     (tmp_path / "seal.yaml").write_text(SEAL_DRAG)
@@ -72,6 +73,7 @@ def test_a_pair_that_leaves_next_to_nothing_gives_way_to_a_law_that_leaves_less(
     assert abs(unexplained["plane_z_m"]["value"] - 0.035) < 1e-3  # the drag is next to the noise: 0.2 mm are a deviation
 
 
+@pytest.mark.long
 def test_a_plane_next_to_a_bearing_is_no_law_of_two_signs(tmp_path):
     """Damping with the speed 3 mm from bearing a: two terms at the bearings do the same, one of which an effect of the catalogue makes.
 

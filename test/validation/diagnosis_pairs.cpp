@@ -134,6 +134,7 @@ TEST(DiagnosisPairsTest, AStandInGivesWayToWhatItStoodInFor) {
 /// Beside turned sensors alone the loop is fitted to next to where it is no longer stable, and eddy currents promise next to nothing
 /// there: an amplifier's lag was adopted in their place, and they were looked at no more.
 TEST(DiagnosisPairsTest, TheLastOneGivesWayToOneThatPromisedNothing) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const TwoEffects set("eddy_current_lag", "sensor_axis_rotation", 8.4473, {"chirp_1", "chirp_2", "steady_2", "steady_4", "step_2"}, 9014);
   DiagnosisOptions options;
   options.candidates = {"eddy_current_lag", "sensor_axis_rotation", "amplifier_lag", "control_delay"};

@@ -1,6 +1,7 @@
 // The fit on made recordings (event-accurate runs with noise): the gradient is that of its own sum of squares, the
 // refitted nuisance is the truth, and windows through contact are predicted at the noise by the true machine only.
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <cmath>
 
@@ -56,6 +57,41 @@ TEST(FitTest, GradientIsThatOfTheSumOfSquares) {
     ++checked;
   }
   EXPECT_GE(checked, 4);
+}
+
+TEST(FitTest, AStepThatWouldNotBeTakenSparesTheOtherRuns) {
+  const tbb::global_control one_by_one(tbb::global_control::max_allowed_parallelism, 1);
+  const MadeSet& set = cleanSet();
+  const FitSpace space(set.dataset.belief, {});
+  const FitProblem problem(set.recordings, space, set.offset_std_m);
+  const std::vector<int> which = {set.indexOf("chirp_1"), set.indexOf("steady_2"), set.indexOf("steady_1")};
+  std::vector<LocalState> local(set.recordings.size());
+  EvaluationOptions options;
+  options.jacobian = false;
+  const auto evaluated = [&] {
+    std::vector<LocalState> own = local;
+    NormalEquations sum = problem.evaluate(space.start(), which, own, options);
+    int looked_at = 0;
+    for (const int i : which) looked_at += own[i].evaluations;
+    return std::make_pair(sum, looked_at);
+  };
+  const double whole = evaluated().first.chi2;
+  // where it is taken it is the same, in whatever order
+  options.useful_chi2 = 1.001 * whole;
+  options.first = 1;
+  const auto taken = evaluated();
+  EXPECT_EQ(taken.first.chi2, whole);
+  EXPECT_EQ(taken.first.ended_at, -1);
+  EXPECT_EQ(taken.second, 3);
+  options.useful_chi2 = 0.999 * whole;
+  EXPECT_FALSE(evaluated().first.finite);
+  // beyond what the first one leaves the others need not be looked at
+  options.useful_chi2 = 1.0;
+  const auto lost = evaluated();
+  EXPECT_FALSE(lost.first.finite);
+  EXPECT_GT(lost.first.chi2, whole);
+  EXPECT_EQ(lost.first.ended_at, options.first);
+  EXPECT_EQ(lost.second, 1);
 }
 
 /// Ki is 2.6 deviations above its belief here, at which the loop is next to its stability's limit: a fit that only descends from there stays

@@ -8,6 +8,7 @@
 // its starting mechanics, currents and integrators besides.
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -39,6 +40,7 @@ struct NormalEquations {
   double occam = 0.0;  ///< log det of the windows' unknowns' curvature over their priors': what free starts cost
   Eigen::MatrixXd scores;  ///< sum over blocks of time of the outer product of their scores
   bool finite = true;
+  int ended_at = -1;   ///< of the recordings asked for, the one behind which the others are of no use; -1: none
 
   explicit NormalEquations(int size = 0)
       : h(Eigen::MatrixXd::Zero(size, size)), g(Eigen::VectorXd::Zero(size)), scores(Eigen::MatrixXd::Zero(size, size)) {}
@@ -92,6 +94,10 @@ struct EvaluationOptions {
   double window_s = contact_window_s;  ///< length of a window through contact
   bool thorough = false;     ///< try every guess of a start where a window is left far off: for errors that are reported
   bool all_or_nothing = false;  ///< a window whose prediction does not stay finite ends the run's evaluation
+  /// Of a step that is tried: the chi2 from which on it is not taken. Once the recordings evaluated so far leave more, or one does
+  /// not stay finite, the others are spared, and the sum is not finite.
+  double useful_chi2 = std::numeric_limits<double>::infinity();
+  int first = 0;  ///< of the recordings asked for, the one to begin with
 };
 
 /// One model class (belief and fitted effects) against recordings.
