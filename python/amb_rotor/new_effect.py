@@ -83,9 +83,9 @@ def _antisymmetric(term: Term) -> Term:
 
 # The frequency of the terms that repeat in time: one more parameter of an effect that has such a term.
 FREQUENCY = "time_frequency_hz"
-# The axial position of a law at one plane: its last parameter. The width of a step in the signals: likewise.
+# The axial position of a law at one plane: its last parameter. The width of a step in the signals, or the current: likewise.
 PLANE = "z_m"
-WIDTH = "step_width_m"
+WIDTH, CURRENT_WIDTH = "step_width_m", "step_width_A"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,14 +93,14 @@ class Place:
     """Where a law acts, as in effect files: magnetic_bearings, rotor (at the plane z_m), tilt, sensors."""
     kind: str = "magnetic_bearings"
     z_m: float | None = None
-    step_width_m: float | None = None
+    step_width: float | None = None  # of the signals [m], of the current [A]
 
     @staticmethod
     def of(unexplained: dict) -> Place:
         plane = unexplained.get("plane_z_m")
         if plane:
             return Place("rotor", plane["value"])
-        return Place(unexplained.get("place", Place.kind), None, unexplained.get("step_width_m"))
+        return Place(unexplained.get("place", Place.kind), None, unexplained.get(WIDTH) or unexplained.get(CURRENT_WIDTH))
 
 
 BEARINGS = Place()
@@ -170,8 +170,8 @@ _PLAIN = (
     Term("current_axes_cube_N_per_A3", "N/A3", "(ix^3, iy^3)", "large excitation", "ix^3", "iy^3", "i.x * i.x * i.x",
          "i.y * i.y * i.y"),
     Term("current_axes_square_N_per_A2", "N/A2", "(ix^2, iy^2)", "large excitation", "ix^2", "iy^2", "i.x * i.x", "i.y * i.y"),
-    Term("current_axes_sign_N", "N", "(ix/|ix|, iy/|iy|), rounded off below 50 mA", "excitation", "tanh(20 * ix)", "tanh(20 * iy)",
-         "hyperbolicTangent(S(20.0) * i.x)", "hyperbolicTangent(S(20.0) * i.y)"),
+    Term("current_axes_sign_N", "N", f"(tanh(ix/w), tanh(iy/w)), w = {CURRENT_WIDTH}", "excitation", f"tanh(ix / {CURRENT_WIDTH})",
+         f"tanh(iy / {CURRENT_WIDTH})", f"hyperbolicTangent(i.x / {CURRENT_WIDTH})", f"hyperbolicTangent(i.y / {CURRENT_WIDTH})"),
     _along("current_position_N_per_A2_m", "N/(A2 m)", "|i|^2 p", "large excitation", "(ix^2 + iy^2)", "i.dot(i)"),
     *_axes("drift", "N_per_s", "time", _LONG, "time", "S(shaft.time)"),
     _along("drift_position_N_per_m_s", "N/(m s)", "time p", _LONG, "time", "S(shaft.time)"),
@@ -214,8 +214,9 @@ _REACH = 1e3
 
 # How far a frequency may move in a fit, and a plane from the centre of mass.
 _FREQUENCY_REACH, _FARTHEST_PLANE_M = 0.02, 2.0
-# A width that a diagnosis does not tell, and how many times its value a fit may move it, either way.
-_WIDTH_M, _WIDTH_REACH = 1e-5, 10.0
+# Each width's unit, its value where a diagnosis does not tell it, and how many times that a fit may move it, either way.
+_WIDTHS = {WIDTH: ("m", 1e-5), CURRENT_WIDTH: ("A", 0.05)}
+_WIDTH_REACH = 10.0
 
 
 def reads(text: str, name: str) -> bool:
@@ -253,9 +254,11 @@ def parameters(terms: list[dict], frequency_hz: float | None = None, place: Plac
         reach = _REACH * abs(value) if value else 1.0
         rows.append({"name": term.name, "unit": term.unit, "lower": -reach, "upper": reach, "typical": value,
                      "neutral": 0.0, "meaning": f"{'signal' if place.kind == 'sensors' else 'force'} per {term.meaning}"})
-    if _call_on(terms, WIDTH):
-        width = place.step_width_m or _WIDTH_M
-        rows.append({"name": WIDTH, "unit": "m", "lower": float(f"{width / _WIDTH_REACH:.3g}"), "upper": float(f"{width * _WIDTH_REACH:.3g}"),
+    for name, (unit, unknown) in _WIDTHS.items():
+        if not _call_on(terms, name):
+            continue
+        width = place.step_width or unknown
+        rows.append({"name": name, "unit": unit, "lower": float(f"{width / _WIDTH_REACH:.3g}"), "upper": float(f"{width * _WIDTH_REACH:.3g}"),
                      "typical": float(f"{width:.6g}"), "meaning": "over which the step is rounded off"})
     if place.z_m is not None:
         rows.append({"name": PLANE, "unit": "m", "lower": -_FARTHEST_PLANE_M, "upper": _FARTHEST_PLANE_M,

@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import textwrap
 
-from amb_rotor.new_effect import BEARINGS, WIDTH, Place, number, parameters, reads, terms_of
+from amb_rotor.new_effect import BEARINGS, CURRENT_WIDTH, WIDTH, Place, number, parameters, reads, terms_of
 
 # What the formulas call on beside the quantities; each is written where a term needs it.
 _CPP_WHERE = {"radius": "squareRoot(p.dot(p))", "rate": "squareRoot(v.dot(v) + S(1e-24))",
@@ -82,8 +82,10 @@ def cpp_header(name: str, terms: list[dict], summary: str, frequency_hz: float |
         f'{number(row["typical"])}, {"0.0" if "neutral" in row else _NO_NEUTRAL},\n                       "{row["meaning"]}")'
         for row in own)
     force = {axis: " +\n                ".join(f"c_[{k + first}] * ({getattr(term, 'cpp_' + axis)})"
-                                                 for k, term in enumerate(chosen)).replace(WIDTH, f"c_[{len(own) - 1}]")
+                                                 for k, term in enumerate(chosen))
              for axis in ("x", "y")}
+    for width in (WIDTH, CURRENT_WIDTH):
+        force = {axis: formula.replace(width, f"c_[{len(own) - 1}]") for axis, formula in force.items()}
     text = force["x"] + force["y"]
     needed = _cpp_needed(text)
     called = text + "".join(_CPP_WHERE[key] for key in needed)

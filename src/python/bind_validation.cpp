@@ -167,8 +167,10 @@ py::dict diagnosisDict(const Diagnosis& diagnosis) {
     case EffectLaw::Place::magnetic_bearings:
       unexplained["place"] = "magnetic_bearings";
   }
-  unexplained["step_width_m"] = diagnosis.unexplained.step_width_m > 0.0 ? py::object(py::float_(diagnosis.unexplained.step_width_m))
-                                                                         : py::object(py::none());
+  const bool signals = diagnosis.unexplained.place == EffectLaw::Place::sensors;
+  unexplained["step_width_m"] = py::none();
+  unexplained["step_width_A"] = py::none();
+  if (diagnosis.unexplained.step_width > 0.0) unexplained[signals ? "step_width_m" : "step_width_A"] = diagnosis.unexplained.step_width;
   unexplained["plane_z_m"] = py::none();
   if (diagnosis.unexplained.plane_z_m) {
     py::dict plane;

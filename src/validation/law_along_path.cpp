@@ -35,7 +35,7 @@ double LawSearch::followPath(const StartScreen& screen, const Eigen::VectorXd& x
   std::vector<EffectSetting> forces;
   for (const int k : library) {
     forces.push_back(place_.withoutForce(frequency_hz_));
-    if (number_ >= 0) forces.back().values.back() = x[number_];
+    if (number_ >= 0) forces.back().values.back() = place_.isPlane() ? x[number_] : std::exp(x[number_]);
     forces.back().values[k - first_] = space_.coordinates()[k].scale;
   }
   double from_s = begin_left_out_s;

@@ -57,7 +57,19 @@ bool LawPlace::repeatsInTime(int term) const {
   return !isSensors() && term >= effects::LawTerms::hum_x_cosine && term <= effects::LawTerms::hum_y_sine;
 }
 
-bool LawPlace::readsNumber(int term) const { return isPlane() || (isSensors() && term == effects::SignalLaw::step); }
+bool LawPlace::readsNumber(int term) const {
+  switch (kind) {
+    case Kind::rotor:
+      return true;
+    case Kind::sensors:
+      return term == effects::SignalLaw::step;
+    case Kind::magnetic_bearings:
+      return term == effects::LawTerms::current_axes_sign;
+    case Kind::tilt:
+      break;
+  }
+  return false;
+}
 
 bool LawPlace::isInCatalogue(int term) const { return !isSensors() && effects::LawTerms::alsoInCatalogue(term); }
 
@@ -69,6 +81,7 @@ EffectSetting LawPlace::withoutForce(double frequency_hz) const {
   }
   out.values.push_back(frequency_hz > 0.0 ? frequency_hz : 50.0);
   if (isPlane()) out.values.push_back(plane_z_m);
+  if (kind == Kind::magnetic_bearings) out.values.push_back(schema().parameters.back().typical);
   return out;
 }
 

@@ -27,7 +27,7 @@ struct LawPlace {
   bool isPlane() const { return kind == Kind::rotor; }
   bool isSensors() const { return kind == Kind::sensors; }
   /// Whether its effect has a number behind the terms that is fitted along with them: the plane, the width of a step.
-  bool hasNumber() const { return isPlane() || isSensors(); }
+  bool hasNumber() const { return kind != Kind::tilt; }
 
   const EffectSchema& schema() const;
   int terms() const;  ///< the effect's first parameters

@@ -225,7 +225,7 @@ void LawSearch::refine(std::vector<Hypothesis>& these, int iterations) {
 /// that depends on fewest quantities.
 const Hypothesis& LawSearch::chosen(const std::vector<Hypothesis>& these, const Stakes& stakes) const {
   const auto numbers = [&](const Hypothesis& one) {  // the width of a step is one more; a plane all have
-    const bool step = place_.isSensors() && std::any_of(one.terms.begin(), one.terms.end(), [&](int k) { return place_.readsNumber(k - first_); });
+    const bool step = !place_.isPlane() && std::any_of(one.terms.begin(), one.terms.end(), [&](int k) { return place_.readsNumber(k - first_); });
     return static_cast<double>(one.terms.size() + (step ? 1 : 0));
   };
   const auto cost = [&](const Hypothesis& one) { return one.chi2 + stakes.least * numbers(one); };

@@ -114,7 +114,7 @@ void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) 
   for (std::size_t t = 0; t < law.terms.size(); ++t) {
     const int k = law.terms[t];
     const ParameterSchema& p = parameters[k - first];
-    if (out.place == LawPlace::Kind::sensors && search.place().readsNumber(k - first)) out.step_width_m = std::exp(law.x[number]);
+    if (!search.place().isPlane() && search.place().readsNumber(k - first)) out.step_width = std::exp(law.x[number]);
     out.terms.push_back({p.name, law.x[k], deviation(k)});
     for (const auto& q : quantitiesOf(p.meaning))
       if (std::find(out.depends_on.begin(), out.depends_on.end(), q) == out.depends_on.end())
@@ -124,7 +124,7 @@ void describe(const LawSearch& search, const Hypothesis& law, Unexplained& out) 
   }
   std::sort(out.depends_on.begin(), out.depends_on.end());
   if (out.frequency_hz > 0.0) shape << ", f = " << out.frequency_hz << " Hz";
-  if (out.step_width_m > 0.0) shape << ", w = " << out.step_width_m << " m";
+  if (out.step_width > 0.0) shape << ", w = " << out.step_width << (search.place().isSensors() ? " m" : " A");
   out.shape = shape.str();
 }
 
@@ -310,9 +310,11 @@ Unexplained UnexplainedSearch::law(LawEffort effort) {
     if (leaves()) prefer(parts_->at_bearings, bestAt(parts_->at_bearings));
   }
   if (const LawSearch::Stakes stakes(before, count); isOneOfCurrent(sought->search, law) && stakes.nothingLeft(law.chi2)) {
-    // a step in a signal makes one in the current: where both laws explain all but a little, what they leave tells
+    // a step in a signal makes one in the current: where both laws explain all but a little, what they leave tells; of two steps, each
+    // with its width, that alone
     const Hypothesis& signal = parts_->inSensors().search.plain(begunAt(parts_->inSensors()));
-    if (!signal.terms.empty() && signal.chi2 < law.chi2 - stakes.tie) {
+    const bool step = sought->search.place().readsNumber(law.terms.front() - sought->search.first());
+    if (!signal.terms.empty() && signal.chi2 < law.chi2 - (step ? 0.0 : stakes.tie)) {
       law = signal;
       sought = &parts_->inSensors();
     }

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import pathlib
 import subprocess
 
@@ -15,7 +16,8 @@ from amb_rotor import cli, new_effect, new_effect_cpp  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAW = [p for e in core.effect_catalogue() if e["id"] == "force_law" for p in e["parameters"]]
-HYPOTHESIS = {p["name"]: p for p in LAW if not p["fixed"]}
+HYPOTHESIS = {p["name"]: p for p in LAW if not p["fixed"] and p["name"] != "step_width_A"}
+WIDTH_A = LAW[-1]["typical"]
 SIGNALS = {p["name"]: p for e in core.effect_catalogue() if e["id"] == "signal_law" for p in e["parameters"]}
 WIDTH_M = SIGNALS["step_width_m"]["typical"]
 FREQUENCY_HZ = 37.0
@@ -28,11 +30,11 @@ THREE = [{"term": "position_cube_N_per_m3", "coefficient": -3.2e12, "std": 1e10}
 
 
 def write_diagnosis(folder: pathlib.Path, terms: list[dict], plane_z_m: float | None = None,
-                    place: str = "magnetic_bearings", step_width_m: float | None = None) -> pathlib.Path:
+                    place: str = "magnetic_bearings", **width: float) -> pathlib.Path:
     folder.mkdir()
     unexplained = {"depends_on": ["position"], "shape": "", "terms": terms, "held_out_gain": 0.93, "frequency_hz": FREQUENCY_HZ,
-                   "place": place if plane_z_m is None else "rotor", "step_width_m": step_width_m,
-                   "plane_z_m": None if plane_z_m is None else {"value": plane_z_m, "std": 2e-4}}
+                   "place": place if plane_z_m is None else "rotor", "step_width_m": None, "step_width_A": None,
+                   "plane_z_m": None if plane_z_m is None else {"value": plane_z_m, "std": 2e-4}} | width
     (folder / "diagnosis.json").write_text(json.dumps(
         {"format": "amb-diagnosis/1", "verdict": "unknown", "unexplained": unexplained, "dataset": {"name": "rig-07"}}))
     for name in ("model.yaml", "adopted.yaml"):
@@ -46,7 +48,7 @@ def force(effect: str, values: list[float], place) -> tuple[float, float]:
 
 def hypothesis_force(terms: list[dict], place) -> tuple[float, float]:
     values = dict.fromkeys(HYPOTHESIS, 0.0) | {row["term"]: row["coefficient"] for row in terms}
-    return force("force_law", [*values.values(), FREQUENCY_HZ], place)
+    return force("force_law", [*values.values(), FREQUENCY_HZ, WIDTH_A], place)
 
 
 def test_every_term_of_the_hypothesis_is_known():
@@ -139,6 +141,18 @@ def test_a_law_of_the_signals_becomes_an_effect_of_the_sensors(tmp_path):
     assert [p["name"] for p in effect["parameters"]] == [*(row["term"] for row in STEP), "step_width_m"]
     assert effect["parameters"][-1]["typical"] == 8.7e-6 and "neutral" not in effect["parameters"][-1]
     assert cli.main(["check", str(tmp_path / "sticky_probe.yaml")]) == 0
+
+
+def test_a_step_of_the_current_keeps_its_width(tmp_path):
+    step = [{"term": "current_axes_sign_N", "coefficient": -0.127, "std": 1e-3}]
+    folder = write_diagnosis(tmp_path / "diagnosis", step, step_width_A=0.107)
+    assert cli.main(["new-effect", "dead_current", "--from", str(folder), "--out", str(tmp_path)]) == 0
+    effect = yaml.safe_load((tmp_path / "dead_current.yaml").read_text())
+    assert effect["place"] == "magnetic_bearings"
+    assert [(p["name"], p["unit"], p["typical"]) for p in effect["parameters"]] == [("current_axes_sign_N", "N", -0.127), ("step_width_A", "A", 0.107)]
+    assert core.load_effect(str(tmp_path / "dead_current.yaml"))["id"] == "dead_current"
+    made, _ = force("dead_current", [-0.127, 0.107], PLACES[0])
+    assert made == pytest.approx(-0.127 * math.tanh(0.4 / 0.107))
 
 
 @pytest.mark.parametrize("name, complaint", [

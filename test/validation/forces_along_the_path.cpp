@@ -28,6 +28,7 @@ EffectSetting law(const char* term, double coefficient, const char* id = "force_
   EffectSetting effect{id, std::vector<double>(schema->parameters.size(), 0.0)};
   effect.values[schema->indexOf(term)] = coefficient;
   effect.values[schema->indexOf("time_frequency_hz")] = 50.0;
+  if (effect.id == "force_law") effect.values[schema->indexOf("step_width_A")] = 0.05;
   return effect;
 }
 

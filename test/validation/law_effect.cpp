@@ -65,7 +65,8 @@ TEST(LawEffectTest, AtTheBearingsItIsTheEffectThatSaysTheSame) {
   known("test_cubic", "magnetic_bearings", {"c", "q"}, "c * (x^2 + y^2) * x - q * speed * y",
         "c * (x^2 + y^2) * y + q * speed * x");
   const Model base = withUnbalance(levitated(), 4e-5, 0.3, 0.02);
-  std::vector<double> terms(effects::ForceLaw::term_count + 1, 0.0);
+  std::vector<double> terms(effects::ForceLaw::term_count + 2, 0.0);
+  terms.back() = 0.05;  // the width of a step that is not there
   terms[effects::ForceLaw::position_cube] = -2e13;
   terms[effects::ForceLaw::cross_speed] = 40.0;
   const Model hand = with(base, "force_law", terms), law = with(base, "test_cubic", {-2e13, 40.0});

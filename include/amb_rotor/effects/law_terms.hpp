@@ -3,7 +3,7 @@
 // table below, with p the rotor's displacement there [m], v its velocity [m/s], i the current that makes a magnetic bearing's
 // force [A], t the shaft angle [rad], W the spin speed [rad/s], s the time of the run [s], e_x, e_y the stator's axes and, of
 // a vector w, w' = (-w_y, w_x). Positive coefficients push outwards. v/|v| is rounded off below 1 mm/s (0.1 mm/s where it is sharp),
-// i/|i| below 50 mA.
+// a current's step over a width w [A] that is a number of its effect.
 // The terms after `current` are of magnetic bearings alone; those after `antisym_` have the other sign at end a: what tilts
 // the rotor. The four terms in time that repeat do so with a frequency that is given, not fitted.
 // Left out: memory, products beyond those listed, harmonics above the third.
@@ -158,7 +158,7 @@ struct LawTerms {
     add("current_cube_N_per_A3", "N/A3", 1.0, "control current: |i|^2 i");
     add("current_axes_cube_N_per_A3", "N/A3", 1.0, "control current: (i_x^3, i_y^3)");
     add("current_axes_square_N_per_A2", "N/A2", 1.0, "control current: (i_x^2, i_y^2)");
-    add("current_axes_sign_N", "N", -1.0, "control current: (i_x/|i_x|, i_y/|i_y|)");
+    add("current_axes_sign_N", "N", -1.0, "control current: (tanh(i_x/w), tanh(i_y/w))");
     add("current_position_N_per_A2_m", "N/(A2 m)", -1e3, "position, control current: |i|^2 p");
     add("antisym_position_N_per_m", "N/m", -1e3, "position: -+ p");
     add("antisym_position_cube_N_per_m3", "N/m3", -1e12, "position: -+ |p|^2 p");
@@ -211,7 +211,6 @@ struct LawTerms {
     return base[term - antisym_position];
   }
 
-  static constexpr double sharp_per_A = 20.0;  ///< a current's sign is tanh of so many times it
   static constexpr double rounded_s_per_m = 1e3, sharp_s_per_m = 1e4;  ///< a velocity's length over itself is tanh of so many times it
 
   /// The quantities at a place, and a term's vector there.
@@ -219,9 +218,10 @@ struct LawTerms {
   struct Place {
     const Vec2<S>&p, &v, &i;
     const Shaft<S>& shaft;
-    S square, radius, rate, turn, c2, s2, c3, s3, frequency_;
+    S square, radius, rate, turn, c2, s2, c3, s3, frequency_, per_step_;
 
-    Place(const Shaft<S>& at, const Vec2<S>& position, const Vec2<S>& velocity, const Vec2<S>& current, const S& frequency)
+    Place(const Shaft<S>& at, const Vec2<S>& position, const Vec2<S>& velocity, const Vec2<S>& current, const S& frequency,
+          const S& per_step)
         : p(position), v(velocity), i(current), shaft(at) {
       square = p.dot(p);
       radius = squareRoot(square + S(1e-24));
@@ -232,6 +232,7 @@ struct LawTerms {
       c3 = shaft.cosine * c2 - shaft.sine * s2;
       s3 = shaft.sine * c2 + shaft.cosine * s2;
       frequency_ = frequency;
+      per_step_ = per_step;
     }
     /// (cos, sin) of the phase that repeats in time.
     Vec2<S> hum() const {
@@ -349,7 +350,7 @@ struct LawTerms {
         case current_axes_cube:
           return {i.x * i.x * i.x, i.y * i.y * i.y};
         case current_axes_sign:
-          return {hyperbolicTangent(S(sharp_per_A) * i.x), hyperbolicTangent(S(sharp_per_A) * i.y)};
+          return {hyperbolicTangent(per_step_ * i.x), hyperbolicTangent(per_step_ * i.y)};
         case current_position:
           return i.dot(i) * p;
         case drift_x:
@@ -378,7 +379,8 @@ struct LawTerms {
   template <class S>
   class Sum {
    public:
-    Sum(const std::vector<S>& p, int count) : frequency_(p[count]) {
+    /// @param step_width_A  of a current's step
+    Sum(const std::vector<S>& p, int count, const S& step_width_A = S(1.0)) : frequency_(p[count]), per_step_(S(1.0) / step_width_A) {
       for (int term = 0; term < count; ++term) {
         bool there = false;
         for (std::size_t l = 0; l < ScalarTraits<S>::lanes; ++l)
@@ -388,7 +390,7 @@ struct LawTerms {
     }
     /// @param end  of the magnetic bearing, 0 a, 1 b; for the terms after `antisym_`
     Vec2<S> at(const Shaft<S>& shaft, const Vec2<S>& position, const Vec2<S>& velocity, const Vec2<S>& current, int end) const {
-      const Place<S> place(shaft, position, velocity, current, frequency_);
+      const Place<S> place(shaft, position, velocity, current, frequency_, per_step_);
       Vec2<S> force;
       for (const auto& one : terms_) {
         const Term base = one.term < antisym_position ? one.term : symmetric(one.term);
@@ -404,7 +406,7 @@ struct LawTerms {
       S coefficient;
     };
     std::vector<Part> terms_;
-    S frequency_;
+    S frequency_, per_step_;
   };
 };
 

@@ -65,7 +65,7 @@ struct Unexplained {
   EffectLaw::Place place = EffectLaw::Place::magnetic_bearings;
   std::optional<double> plane_z_m = {}; ///< of the one plane of the rotor at which it acts, where that is its place
   double plane_std_m = 0.0;
-  double step_width_m = 0.0;            ///< over which a step of a sensor's signal is rounded off; 0: the law has none
+  double step_width = 0.0;              ///< over which a step is rounded off, of a signal [m] or a current [A]; 0: the law has none
   double held_out_gain = 0.0;           ///< share of the unexplained error that the terms take away on held-out runs, at most 1
 };
 

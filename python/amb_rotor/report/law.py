@@ -81,8 +81,8 @@ def law_curves(unexplained: dict, runs: list[dict], sensor_z_m: tuple[float, flo
     schema = next(effect for effect in _core.effect_catalogue() if effect["id"] == law)
     names = [parameter["name"] for parameter in schema["parameters"]]
     values = [terms.get(name, 0.0) for name in names]
-    if signals:
-        values[names.index("step_width_m")] = unexplained.get("step_width_m") or schema["parameters"][-1]["typical"]
+    width = "step_width_m" if signals else "step_width_A"
+    values[names.index(width)] = unexplained.get(width) or schema["parameters"][-1]["typical"]
     if unexplained.get("frequency_hz"):
         values[names.index("time_frequency_hz")] = unexplained["frequency_hz"]
     reach = reaches(runs, weights_of(unexplained, sensor_z_m, amb_z_m))

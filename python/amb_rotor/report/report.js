@@ -362,7 +362,8 @@
     add(t, "p", "depends on " + (u.depends_on.join(", ") || "nothing that was measured") + (u.shape ? ": " + u.shape : ""));
     if (u.held_out_gain > 0) add(t, "p", "On the runs that it was not fitted to it takes " + num(100 * u.held_out_gain, 3) + " % of what is left above the noise.");
     if ((u.terms || []).length) table(t, [{title: "term", value: r => r.term}, {title: "coefficient", value: r => r.std === undefined ? num(r.coefficient) : withStd({value: r.coefficient, std: r.std})}],
-      u.terms.concat(u.plane_z_m ? [{term: "plane z_m", coefficient: u.plane_z_m.value, std: u.plane_z_m.std}] : []).concat(u.step_width_m ? [{term: "width w of the step [m]", coefficient: u.step_width_m}] : []));
+      u.terms.concat(u.plane_z_m ? [{term: "plane z_m", coefficient: u.plane_z_m.value, std: u.plane_z_m.std}] : []).concat(u.step_width_m ? [{term: "width w of the step [m]", coefficient: u.step_width_m}] : [])
+        .concat(u.step_width_A ? [{term: "width w of the step [A]", coefficient: u.step_width_A}] : []));
     law(t);
   }
   // The force of the law over each quantity that it depends on.
