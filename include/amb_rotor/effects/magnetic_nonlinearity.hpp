@@ -22,8 +22,7 @@ struct MagneticNonlinearity {
   template <class S>
   class Physics final : public EffectPhysics<S> {
    public:
-    explicit Physics(const std::vector<S>& p)
-        : bias_(p[0]), air_gap_(p[1]), inverse_bias_(S(1.0) / p[0]), inverse_air_gap_(S(1.0) / p[1]) {}
+    explicit Physics(const std::vector<S>& p) : bias_(p[0]), air_gap_(p[1]) {}
     unsigned roles() const override { return acts_on_rig | acts_on_flux; }
     void rig(Rig<S>& rig) override {
       // what other effects call k = Ki kp - Ks, and the coil limits, follow this law's own slope and bias
@@ -32,11 +31,11 @@ struct MagneticNonlinearity {
       rig.amb.displacement_stiffness_N_per_m = rig.amb.current_stiffness_N_per_A * bias_ / air_gap_;
     }
     void flux(const Rig<S>&, const S& current, const S& position, CoilFlux<S>& flux) const override {
-      flux = gapFlux(inverse_bias_, inverse_air_gap_, current, position);
+      flux = gapFlux(bias_, air_gap_, current, position);
     }
 
    private:
-    S bias_, air_gap_, inverse_bias_, inverse_air_gap_;
+    S bias_, air_gap_;
   };
 };
 

@@ -198,7 +198,6 @@ class Machine {
   std::vector<Unbalance<S>> unbalance_;   ///< the rig's, then the extra ones
   std::vector<RotorPhase<S>> unbalance_phase_;
   std::size_t own_unbalances_ = 0;
-  FluxChange<S> flux_change_;  ///< where effects act on the flux
   S net_stiffness_ = S(0.0), ring_arm_ = S(0.0), contact_compliance_ = S(0.0);
   int cg_plane_ = 0;
   int electrics_offset_ = 0;

@@ -134,10 +134,6 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
                          : S(staticGain(control_, control_.main, 0.0));
     net_stiffness_ = rig_.amb.current_stiffness_N_per_A * gain - rig_.amb.displacement_stiffness_N_per_m;
   }
-  if (!flux_.empty()) {
-    flux_change_.by_current = S(1.0) / rig_.amb.bias_current_A;
-    flux_change_.by_position = rig_.amb.displacement_stiffness_N_per_m / (rig_.amb.current_stiffness_N_per_A * rig_.amb.bias_current_A);
-  }
   contact_compliance_ = S(1.0) / rig_.auxiliary_bearing.stiffness_N_per_m;
   ring_arm_ = rig_.auxiliary_bearing.rotor_radius_m + rig_.auxiliary_bearing.clearance_m;
 }
@@ -202,8 +198,8 @@ Vec2<S> Machine<S>::magneticForce(const Vec2<S>& current, const Vec2<S>& positio
   if (flux_.empty())
     return {linearMagneticForce(ki, ks, current.x, position.x), linearMagneticForce(ki, ks, current.y, position.y)};
   const S& bias = rig_.amb.bias_current_A;
-  CoilFlux<S> x = linearFlux(flux_change_, current.x, position.x);
-  CoilFlux<S> y = linearFlux(flux_change_, current.y, position.y);
+  CoilFlux<S> x = linearFlux(ki, ks, bias, current.x, position.x);
+  CoilFlux<S> y = linearFlux(ki, ks, bias, current.y, position.y);
   for (const auto* effect : flux_) {
     effect->flux(rig_, current.x, position.x, x);
     effect->flux(rig_, current.y, position.y, y);

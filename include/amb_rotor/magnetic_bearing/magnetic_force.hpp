@@ -25,29 +25,18 @@ S linearMagneticForce(const S& ki, const S& ks, const S& current, const S& posit
   return ki * current + ks * position;
 }
 
-/// What the linear flux changes by, of the bias flux: divisions are dear, and these are one machine's.
 template <class S>
-struct FluxChange {
-  S by_current = S(0.0);   ///< 1/i0 [1/A]
-  S by_position = S(0.0);  ///< Ks/(Ki i0) [1/m]
-};
-
-template <class S>
-CoilFlux<S> linearFlux(const FluxChange<S>& change_by, const S& current, const S& position) {
-  const S change = change_by.by_current * current + change_by.by_position * position;
+CoilFlux<S> linearFlux(const S& ki, const S& ks, const S& bias, const S& current, const S& position) {
+  const S change = current / bias + ks * position / (ki * bias);
   return {S(1.0) + change, S(1.0) - change};
 }
 
 /// The gap is kept above 2 % of the air gap: beyond it the rotor lies on the pole and the law has no meaning.
-/// @param inverse_bias     1/i0 [1/A]
-/// @param inverse_air_gap  1/s0 [1/m]
 template <class S>
-CoilFlux<S> gapFlux(const S& inverse_bias, const S& inverse_air_gap, const S& current, const S& position) {
-  const S ratio = maximum(minimum(position * inverse_air_gap, S(0.98)), S(-0.98));
-  const S share = current * inverse_bias;
-  const S less = S(1.0) - ratio, more = S(1.0) + ratio;
-  const S inverse = S(1.0) / (less * more);  // one division for both
-  return {(S(1.0) + share) * more * inverse, (S(1.0) - share) * less * inverse};
+CoilFlux<S> gapFlux(const S& bias, const S& air_gap, const S& current, const S& position) {
+  const S ratio = maximum(minimum(position / air_gap, S(0.98)), S(-0.98));
+  const S share = current / bias;
+  return {(S(1.0) + share) / (S(1.0) - ratio), (S(1.0) - share) / (S(1.0) + ratio)};
 }
 
 /// @param inverse_knee  1/bk
