@@ -2,6 +2,7 @@
 // there is none.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -156,6 +157,41 @@ TEST(SettledMotionTest, OneThatReachesWhatIsNotLinearHasNone) {
   EXPECT_TRUE(settles(near, with_contact, state)) << "contact is left out";
   with_contact.contact_step_s = 1e-5;
   EXPECT_FALSE(settles(near, with_contact, state));
+}
+
+TEST(SettledMotionTest, NoneIsToldThatALimitOfTheCommandsCutsAtItsCrest) {
+  // Unbalance alone: the limit is passed within a few degrees of each crest only. What is told must be what the machine with
+  // its limit does over a turn.
+  Model free = turning();
+  free.rig.gravity_m_s2 = 0.0;
+  const Stretch stretch = stretchFor(free);
+  const auto seen = [&](const Model& model, const MachineState<double>& begin) {
+    std::vector<double> out;
+    LaneJob job = jobFor(model, out);
+    job.start = &begin;
+    predictPack<double, ExactSteps<double>>(stretch, &job, 1);
+    return out;
+  };
+  MachineState<double> state;
+  ASSERT_TRUE(settles(free, stretch, state));
+  const std::vector<double> unlimited = seen(free, state);
+  double peak = 0.0;
+  for (std::size_t k = 0; k < unlimited.size(); ++k)
+    if (k % predicted_channels >= axis_count) peak = std::max(peak, std::fabs(unlimited[k]));
+  int told = 0, refused = 0;
+  for (double share = 1.0; share < 1.2; share += 0.001) {  // the amplifiers' lag keeps the currents below their commands
+    Model limited = free;
+    limited.rig.amb.max_current_A = limited.rig.amb.bias_current_A + share * peak;
+    if (!settles(limited, stretch, state)) {
+      ++refused;
+      continue;
+    }
+    ++told;
+    const std::vector<double> own = seen(limited, state);
+    for (std::size_t k = 0; k < own.size(); ++k) ASSERT_NEAR(own[k], unlimited[k], 1e-12 + 1e-9 * peak) << "at " << share << " of the currents' peak";
+  }
+  EXPECT_GT(told, 0);
+  EXPECT_GT(refused, 0);
 }
 
 }  // namespace
