@@ -145,9 +145,8 @@ TEST(UnexplainedLaw, AStepInTheSignalsIsNotTakenForOneOfTheCurrent) {
   }
 }
 
-/// A wide one of the current passes for one in the signals where its width is not found along with it, 0.1 A here: rounded off over 50 mA it
-/// left 1.023 times the noise's square, a step in the signals 1.003.
-TEST(UnexplainedLaw, AWideStepOfTheCurrentIsNotTakenForOneInTheSignals) {
+/// Twice as wide as the 50 mA from which its width is sought: held there no law is plain here, and a step in the signals may be.
+TEST(UnexplainedLaw, AWideStepOfTheCurrentIsFoundWithItsWidth) {
   const Law step = {"test_wide_step", 0.3, "-c * tanh(ix / 0.107)", "-c * tanh(iy / 0.107)", {"control current"}};
   const Unexplained found = searched(step, plain_strength, LawEffort::plain);
   EXPECT_EQ(found.depends_on, step.depends_on) << found.shape;
