@@ -69,6 +69,10 @@ constexpr double hopeless = -40.0;
 /// A start that lacks less than this share of what an effect must have stands at the reference: it need not come nearer.
 constexpr double already_near = 0.05;
 
+/// Over the shortest windows: what the reference leaves above the noise for them to tell anything, the share of it that one leaves which
+/// leads nowhere, the one that a right one may leave so early, and times the leader's that a wrong one leaves.
+constexpr double seen_at_short_windows = 0.2, led_away = 0.7, nearly_right = 0.05, far_behind = 5.0;
+
 /// Mean square over the noise through contact below which no model comes: each window's start is fitted.
 constexpr double lowest_floor = 0.5;
 
@@ -164,14 +168,22 @@ void Leaders::add(const Trial& trial, const References& references) {
     free = trial.evidence;
     free_drop = 0.5 * (references.free.fit.chi2 - trial.fit.chi2);
     free_settled = free > beyond_doubt && isSettledFree(trial, references);
-  } else if (trial.evidence > plain_evidence && Misfit(trial, references).leavesNothing()) {
-    through_contact = true;
+    return;
   }
+  if (trial.evidence > plain_evidence) short_level = std::min(short_level, trial.short_level > 0.0 ? trial.short_level : trial.level());
+  if (trial.evidence > plain_evidence && Misfit(trial, references).leavesNothing()) through_contact = true;
 }
 
-Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-                         const References& references, bool contact, const Leaders& leaders, bool& serious) const {
-  auto followed = contact ? promisingThroughContact(starts, nuisances, references, leaders)
+bool Leaders::mayBeRight(double at_short_windows, const References& references) const {
+  const double floor = floorOf(references), reference = references.short_level / floor - 1.0;
+  if (reference < seen_at_short_windows) return true;
+  const double left = at_short_windows / floor - 1.0;
+  return left < std::min(led_away * reference, std::max(nearly_right * reference, far_behind * (short_level / floor - 1.0)));
+}
+
+Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances, const References& references,
+                         bool contact, const Leaders& leaders, const std::vector<double>& levels, bool& serious) const {
+  auto followed = contact ? promisingThroughContact(starts, nuisances, references, leaders, levels)
                           : promisingFree(starts, nuisances, references, leaders, serious);
   if (followed.empty()) return notFollowed();
   const bool settled = contact && leaders.settles(references);
@@ -233,7 +245,8 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   else if (!contact)
     addSeenShapes(belief_, nuisances[0], references, starts);
   bool serious = true;
-  Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, serious);
+  const std::vector<double> levels = seen != nullptr ? seen->start_levels : std::vector<double>{};
+  Trial winner = known ? *seen : bestOf(starts, nuisances, references, contact, leaders, levels, serious);
   winner.effect = effect;
   if (!winner.fit.finite) {  // also: not followed
     if (contact && winner.note.empty()) winner.note = comes_not_near;
@@ -247,7 +260,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
            winner.evidence < std::min(hopeless, -already_near * references.worth) &&
            !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
   };
-  for (int round = 0; round < approach_rounds && worthwhile() && !limit_.isUp(); ++round) {
+  // over windows that grow it goes from far, too
+  const bool grows = contact && !leaders.settles(references) && isAstray(winner) && isAstray(references.of(winner));
+  for (int round = 0; round < approach_rounds && !grows && worthwhile() && !limit_.isUp(); ++round) {
     const Eigen::VectorXd own = winner.nuisance();
     const FitEffort effort = {contact ? Through::contact : Through::free, approach_iterations, false, true};
     Trial more = fit(winner.effects(), &own, contact ? begunAnew(winner.local) : winner.local, effort,
@@ -261,12 +276,17 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     if (!more.fit.finite || more.fit.chi2 >= winner.fit.chi2) return;
     more.others = std::move(winner.others);
     more.grown = std::max(more.grown, winner.grown);
+    more.short_level = std::max(more.short_level, winner.short_level);
     winner = std::move(more);
     value(winner, references);
   };
   FitEffort effort = {Through::contact, lengthening_iterations, false, true};
   // where the reference is near the floor there is little to be had by what is far above it
-  if (isAstray(winner) && isAstray(references.of(winner))) take(lengthened(winner, effort, &references.prior, &references.of(winner)));
+  bool may_be_right = true;
+  if (isAstray(winner) && isAstray(references.of(winner)))
+    take(lengthened(winner, effort, &references.prior, &references.of(winner),
+                    [&](double level) { return may_be_right = leaders.mayBeRight(level, references); }));
+  if (!may_be_right) return winner;
   if (Misfit(winner, references).takesMost()) {  // to the end at once: where it leaves nothing, the others need less
     const bool at_rest = winner.grown > 0.0 && winner.fit.iterations < lengthening_iterations;
     if (isAstray(winner) && !at_rest) {

@@ -34,6 +34,9 @@ constexpr double deep = 10.0;
 constexpr double flat = 4.0;
 /// Correlation of two of an effect's parameters from which on the valley that they lie in may be curved.
 constexpr double curved = 0.97;
+/// Length of the shortest windows that grow, as a share of the usual one, and iterations of the reference there.
+constexpr double shortest_share = 0.25;
+constexpr int short_iterations = 3;
 /// Share of what the reference leaves above the noise that windows of half the length may leave for a look to go on.
 constexpr double led_back = 0.7;
 /// Drop of chi2 below which a fit stands where its windows have grown, as a share of it.
@@ -147,9 +150,11 @@ double Candidates::worstThroughContact(const Trial& trial) const {
   return worst;
 }
 
-Trial Candidates::lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against) const {
+Trial Candidates::lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against,
+                             const std::function<bool(double)>& go_on) const {
   Trial at = from;
-  for (const double share : {0.25, 0.5, 1.0}) {
+  double short_level = 0.0;
+  for (const double share : {shortest_share, 0.5, 1.0}) {
     // a wrong effect leaves windows of half the length as far off as no effect leaves whole ones
     if (against != nullptr && share == 1.0 && !(at.fit.chi2 - at.fit.count < led_back * (against->fit.chi2 - against->fit.count)))
       return from;
@@ -157,9 +162,22 @@ Trial Candidates::lengthened(const Trial& from, FitEffort effort, const Quadrati
     const Eigen::VectorXd x = at.nuisance();
     at = fit(at.effects(), &x, begunAnew(at.local), effort, prior);
     if (!at.fit.finite) break;
+    if (share != shortest_share) continue;
+    short_level = at.level();
+    if (go_on && !go_on(short_level)) return from;
   }
   at.grown = at.fit.chi2;
+  at.short_level = short_level;
   return at;
+}
+
+void Candidates::referOverShortWindows(References& references) const {
+  FitEffort effort = {Through::contact, short_iterations, false, true};
+  effort.window_s = shortest_share * contact_window_s;
+  const Trial& from = references.sparse;
+  const Eigen::VectorXd at = from.nuisance();
+  const Trial there = fit(from.effects(), &at, begunAnew(from.local), effort, &references.prior);
+  if (there.fit.finite) references.short_level = there.level();
 }
 
 Trial Candidates::settled(Trial trial, int iterations) const {

@@ -18,8 +18,9 @@ namespace {
 constexpr double foreseen_short = 3.0;
 /// Of the hills of a scan so many are followed.
 constexpr std::size_t followed_hills = 4;
-/// Through contact starts are told by every so many-th window alone.
+/// Through contact starts are told by every so many-th window alone; where an effect asks for all windows, of so many the best of them.
 constexpr int start_stride = 12;
+constexpr std::size_t told_by_all = 3;
 /// Without contact one start is enough where its gain is so many times the next one's.
 constexpr double clearly_better = 2.0;
 /// Times what the reference leaves beyond which the best start of an effect is not followed where the reference is next to the floor.
@@ -127,16 +128,20 @@ Trial Candidates::bestStanding(const std::string& effect, const Settings& adopte
   const Starts all = startsOf(effect, adopted, references.contact, best.note);
   std::vector<Start> these;
   for (const auto& start : all.settings) these.emplace_back(&start, &all.nuisances[0]);
-  for (Trial& one : standing(these, references, references.sparse.stride > 1))
+  std::vector<double> levels;
+  for (Trial& one : standing(these, references, references.sparse.stride > 1)) {
+    levels.push_back(one.level());
     if (one.usable() && (!best.usable() || one.level() < best.level())) best = std::move(one);
+  }
+  best.start_levels = std::move(levels);
   best.stands = true;
   return best;
 }
 
 std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::vector<Settings>& starts,
                                                                    const std::vector<Eigen::VectorXd>& nuisances,
-                                                                   const References& references,
-                                                                   const Leaders& leaders) const {
+                                                                   const References& references, const Leaders& leaders,
+                                                                   const std::vector<double>& levels) const {
   if (starts.size() * nuisances.size() <= followed_starts) {
     std::vector<Start> all;
     for (const auto& nuisance : nuisances)
@@ -154,7 +159,16 @@ std::vector<Candidates::Start> Candidates::promisingThroughContact(const std::ve
   std::vector<Seen> seen;
   std::vector<Start> these;
   for (const auto& start : starts) these.emplace_back(&start, &nuisances[0]);
-  glance(these, seen);
+  if (levels.size() == starts.size()) {
+    for (std::size_t i = 0; i < starts.size(); ++i) seen.emplace_back(levels[i], these[i]);
+    std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) { return a.first < b.first; });
+    if (strideOver(starts[0], start_stride) == 1) {  // these are of some windows, where all tell more
+      these.clear();
+      for (std::size_t i = 0; i < std::min(seen.size(), told_by_all); ++i) these.push_back(seen[i].second);
+      seen.clear();
+    }
+  }
+  if (seen.empty()) glance(these, seen);
   const double above = seen[0].first / references.contact.level();
   if ((near_floor && above > from_afar) || (settled && above > not_in_sight)) return {};
   if (settled) return {seen[0].second};

@@ -26,8 +26,10 @@ struct Trial {
   std::shared_ptr<FitSpace> space;
   bool excited = true;
   double grown = 0.0;    ///< chi2 where its windows had grown to their length; 0: they have not
+  double short_level = 0.0;  ///< chi2 for a residual over the shortest windows that these had grown from; 0: none
   int stride = 1;  ///< of the windows through contact that it was fitted to
   bool stands = false;  ///< it is where it began: not fitted
+  std::vector<double> start_levels;  ///< where each of its effect's starts stands through contact at a glance; empty: unknown
   std::string note;
   std::vector<Trial> others;  ///< from other starts, where an effect has hills apart from each other
   double evidence = -1e300;
@@ -82,6 +84,7 @@ struct References {
 
   /// Evidence of what would take all that is above the noise without contact, over the noise.
   double most() const { return 0.5 * std::max(0.0, free.fit.squares - free.fit.count); }
+  double short_level = 0.0;  ///< of `sparse` over the shortest windows, see referOverShortWindows(); 0: not fitted there
   const Trial& of(const Trial& trial) const {
     return !needsContact(trial.effect) ? free : trial.stride > 1 ? sparse : contact;
   }
@@ -102,6 +105,7 @@ struct Leaders {
   bool contact_waits = true;     ///< where waits() says so
   bool only_serious = false;  ///< what is foreseen far behind the leader without contact is not looked at
   bool explains_contact = false;  ///< that leader, too: it takes most of what is off through contact
+  double short_level = 1e300;  ///< the least that one through contact leaves over the shortest windows
 
   void add(const Trial& trial, const References& references);
   /// Whether nothing that candidates through contact could have comes near what the leader has without: what they are beside
@@ -113,6 +117,9 @@ struct Leaders {
   bool noneNear(const References& references) const;
   /// Whether candidates through contact wait: for the leader, or for a law where none is near.
   bool waits(const References& references) const;
+  /// Whether what a candidate leaves over the shortest windows may be a right one's: there hollows are few, and a wrong one leaves about
+  /// what none does, or many times what the leader does.
+  bool mayBeRight(double at_short_windows, const References& references) const;
   /// Whether candidates through contact need one look only.
   bool settles(const References& references) const { return through_contact || beyondContact(references); }
 };
@@ -192,7 +199,9 @@ class Candidates {
   /// Fitted anew over windows through contact that are short at first and grow to their usual length: the longer a window, the
   /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
   /// @param against  a reference at the same windows; where half the length does not come well below it, `from` is returned
-  Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against = nullptr) const;
+  /// @param go_on    asked what the shortest windows leave, if anybody; false: the same
+  Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against = nullptr,
+                   const std::function<bool(double)>& go_on = {}) const;
   /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray; with an effect there
   /// also over windows that grow: without one the belief's contact may be what is wrong, and the next step tells.
   Trial settled(Trial trial, int iterations) const;
@@ -226,6 +235,8 @@ class Candidates {
   /// And through contact, from where the fit to all has ended: also at some windows, those that are the farthest off. From then on
   /// looks are at these.
   void referThroughContact(References& references);
+  /// What the reference leaves over the shortest windows that looks begin anew with where they end astray.
+  void referOverShortWindows(References& references) const;
 
   /// A short look at one effect beside those adopted, from each of its starts; not usable where these runs cannot show it.
   /// @param seen  where one of its starts stands: it begins there; or of an earlier, shorter look: goes on from there where that leaves
@@ -264,10 +275,11 @@ class Candidates {
   /// Where each stands at some of the windows, before any is fitted.
   std::vector<Trial> standing(const std::vector<Start>& these, const References& references, bool every_effect) const;
   std::vector<Start> promisingThroughContact(const std::vector<Settings>& starts,
-                                             const std::vector<Eigen::VectorXd>& nuisances,
-                                             const References& references, const Leaders& leaders) const;
-  Trial bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances,
-               const References& references, bool contact, const Leaders& leaders, bool& serious) const;
+                                             const std::vector<Eigen::VectorXd>& nuisances, const References& references,
+                                             const Leaders& leaders, const std::vector<double>& levels) const;
+  /// @param levels  see Trial::start_levels
+  Trial bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances, const References& references, bool contact,
+               const Leaders& leaders, const std::vector<double>& levels, bool& serious) const;
   void value(Trial& trial, const References& references) const;
 
   Model belief_;

@@ -68,6 +68,8 @@ class Diagnoser {
   bool hasRivals(const Diagnosis& so_far) const;
   Instead lookInstead(const Diagnosis& so_far, bool rivals_alone);
   bool exchange(Diagnosis& out);
+  std::vector<Settings> pairsInstead(const std::vector<EffectSetting>& away, const std::vector<Trial>& trials, const Trial& alone) const;
+  bool exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool cleanWithoutContact() const;
   bool clean() const;

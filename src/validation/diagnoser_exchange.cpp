@@ -3,10 +3,11 @@
 // The first effect of several is the one that does most alone; beside the belief that may be a stand-in, as what the second one
 // leaves has pulled the nuisance away (a moving stator for an amplifier's lag, under a load that was not known of). What came after
 // it is kept, it is left out, and what another effect promises beside the rest is held to what the model leaves with it. The last one
-// may stand in, too: for one that promised less beside the rest and was not looked at.
+// may stand in, too: for one that promised less beside the rest and was not looked at. One alone may stand in for two.
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/error.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/starts.hpp"
@@ -35,6 +36,12 @@ constexpr double promised_instead = 0.5;
 /// Validation error without contact up to which nothing is left that a rival of more numbers could take, where no number of the rig has
 /// been pulled far from its belief.
 constexpr double nothing_left = 1.01;
+
+/// Validation error through contact from which on an effect whose numbers stand at the end of their ranges may stand in for two there, the
+/// share of what it takes that two must take alone, together, to be fitted in its place, how many of the next best are paired, and iterations.
+constexpr double clean_stand_in = 1.05, as_much_together = 0.8;
+constexpr std::size_t next_best = 3;
+constexpr int iterations_of_pair = 10;
 
 std::size_t numbersOf(const std::string& effect) { return effectCatalogue().find(effect)->parameters.size(); }
 
@@ -164,6 +171,70 @@ bool Diagnoser::exchange(Diagnosis& out) {
   const bool likelier = !leaves_structure && candidates_.evidence(joint_, before.joint) > least_evidence && isAsNear(before.errors, errors_);
   if (bornOut(before.errors, errors_, false) || likelier) {
     takeAnew(out.ranking, beside);
+    return true;
+  }
+  putBack(before, out);
+  return false;
+}
+
+/// Pairs that may be what the first effect stands in for: of the next best, and through contact also it away from its limits with the best.
+std::vector<Settings> Diagnoser::pairsInstead(const std::vector<EffectSetting>& away, const std::vector<Trial>& trials, const Trial& alone) const {
+  const std::string& effect = adopted_[0].id;
+  // evidence is over the level that each leaves, and does not add up
+  const auto taken = [&](const Trial& t) { return t.stride * (references_.of(t).fit.chi2 - t.fit.chi2); };
+  const bool contact = needsContact(effect);
+  std::vector<const Trial*> others;
+  for (const Trial& t : trials)
+    if (t.usable() && t.effect != effect && needsContact(t.effect) == contact && t.evidence > least_evidence) others.push_back(&t);
+  std::stable_sort(others.begin(), others.end(), [](const Trial* a, const Trial* b) { return a->evidence > b->evidence; });
+  if (others.size() > next_best) others.resize(next_best);
+  std::vector<Settings> pairs;
+  for (std::size_t i = 0; i < others.size(); ++i)
+    for (std::size_t j = i + 1; j < others.size(); ++j)
+      if (taken(*others[i]) + taken(*others[j]) > as_much_together * taken(alone))
+        pairs.push_back({others[i]->effects().back(), others[j]->effects().back()});
+  if (contact && !others.empty())
+    for (const EffectSetting& one : away) pairs.push_back({one, others[0]->effects().back()});
+  return pairs;
+}
+
+/// Two effects in the place of the only one, where a number of that stands at the end of its range and something is left: a mode of nine
+/// numbers leaves little of what the magnets' iron and a motor's pull do together. False: none are better.
+bool Diagnoser::exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out) {
+  if (adopted_.size() != 1 || hurried()) return false;
+  const std::string effect = adopted_[0].id;
+  const bool contact = needsContact(effect);
+  if (contact ? errors_.validation_error_contact < clean_stand_in : errors_.validation_error_free < nothing_left) return false;
+  const std::vector<EffectSetting> away = candidates_.awayFromLimits(*joint_.space, joint_.fit.x, adopted_[0]);
+  if (away.empty()) return false;
+  const auto alone = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return t.effect == effect; });
+  AMB_ROTOR_CHECK(alone != trials.end(), "what is adopted has been looked at");
+  const Trial& reference = contact ? references_.contact : references_.free;
+  const Eigen::VectorXd own = reference.nuisance();
+  Trial best = notFollowed();
+  best.evidence = alone->evidence + 2.0 * least_evidence;
+  for (const Settings& pair : pairsInstead(away, trials, *alone)) {
+    if (hurried()) break;
+    progress(0.9, pair[0].id + " and " + pair[1].id + " in the place of " + effect);
+    Trial two = candidates_.fit(pair, &own, reference.local, {contact ? Through::contact : Through::free, iterations_of_pair},
+                                contact ? &references_.prior : nullptr);
+    two.evidence = candidates_.evidence(two, reference);
+    if (two.usable() && two.evidence > best.evidence) best = std::move(two);
+  }
+  if (!best.usable()) return false;
+  const Stood before = stood(out);
+  const Settings pair = best.effects();
+  const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return t.effect == pair[0].id; });
+  const bool earned = pair[0].id != effect && first->errors.validation_error < begun_.validation_error;
+  out.steps.clear();
+  out.steps.push_back({pair[0].id, {}, {}});
+  out.steps.back().errors = earned ? first->errors : begun_;
+  out.steps.back().only_with_next = !earned;
+  out.steps.push_back({pair[1].id, {}, {}});
+  adopt(pair, best, out);
+  const bool fits = candidates_.evidence(joint_, before.joint) > least_evidence || joined_ != before.joined;
+  if (fits && bornOut(before.errors, errors_, false)) {
+    if (pair[0].id != effect) out.withdrawn.push_back(effect);
     return true;
   }
   putBack(before, out);

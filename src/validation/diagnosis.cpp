@@ -177,6 +177,7 @@ Diagnosis Diagnoser::run() {
           c.parameters = out.steps[0].parameters;
           c.errors = errors_;
         }
+    if (step == 0) exchangeForTwo(trials, out);
     while (withdraw(out) || exchange(out)) {
     }
     if ((clean() || littleLeftOpen()) && !strained()) {

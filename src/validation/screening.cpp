@@ -123,6 +123,7 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
       out[i].note = comes_not_near;
     } else {
       out[i] = candidates.look(names[i], standing.adopted, references, settled, &stand[i]);
+      out[i].start_levels = std::move(stand[i].start_levels);
     }
   };
   glimpse(order[0]);
@@ -216,6 +217,8 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     leaders.explains_contact = candidates.explainsContact(trials[leader], references);
   progress(each * trials.size(), "a glance at each through contact");
   std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);
+  if (contact.size() > 1 && references.through_contact && !leaders.settles(references) && isAstray(references.sparse))
+    candidates.referOverShortWindows(references);
   for (const std::string& name : contact) {
     const auto found = std::find_if(glimpsed.begin(), glimpsed.end(), [&](const Trial& t) { return t.effect == name; });
     const Trial* seen = found == glimpsed.end() ? nullptr : &*found;

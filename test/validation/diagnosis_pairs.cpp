@@ -131,6 +131,26 @@ TEST(DiagnosisPairsTest, AStandInGivesWayToWhatItStoodInFor) {
   EXPECT_GT(found.steps[0].errors.validation_error, 0.5 * found.baseline.validation_error);
 }
 
+/// What is there: s + t. A candidate that is both, but cannot be as large as they are, leads with most of the squares and stands at the end
+/// of its range: in one step both are found.
+TEST(DiagnosisPairsTest, AStandInAtTheEndOfItsRangeGivesWayToTwo) {
+  ownForce("half_first", 5.7, "c * sin(195 * time)", "0");
+  ownForce("half_second", 5.0, "c * sin(295 * time)", "0");
+  const double narrow = 4.0;
+  ownForce("both_narrow", 1.0, "c * (sin(195 * time) + sin(295 * time) + 0.3 * sin(425 * time))", "0", {}, "", narrow);
+  const TwoEffects set("half_first", "half_second", 8.0, runs_with_a_chirp);
+  for (const EffectSetting& hidden : set.made.truth.effects) ASSERT_GT(hidden.values[0], 1.1 * narrow);
+  DiagnosisOptions options;
+  options.candidates = {"half_first", "half_second", "both_narrow"};
+  options.most_steps = 1;
+  const Diagnosis found = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_EQ(found.withdrawn, std::vector<std::string>{"both_narrow"}) << "it does most alone, or this shows nothing";
+  EXPECT_EQ(added(found), (std::set<std::string>{"half_first", "half_second"}));
+  ASSERT_EQ(found.steps.size(), 2u);
+  EXPECT_LT(found.steps[1].errors.validation_error, adopted_error);
+  EXPECT_LT(found.steps[0].errors.validation_error, found.baseline.validation_error);
+}
+
 /// Beside turned sensors alone the loop is fitted to next to where it is no longer stable, and eddy currents promise next to nothing
 /// there: an amplifier's lag was adopted in their place, and they were looked at no more.
 TEST(DiagnosisPairsTest, TheLastOneGivesWayToOneThatPromisedNothing) {

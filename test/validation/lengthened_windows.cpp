@@ -48,6 +48,23 @@ TEST_F(LengthenedWindows, ALookEndsBeforeTheyAreLongWhereHalfTheirLengthGainsNot
   EXPECT_EQ(same.grown, 0.0);
 }
 
+TEST_F(LengthenedWindows, ALookEndsWithTheShortestWhereTheyTellEnough) {
+  const FitEffort look = {Through::contact, 1, false, true};
+  const Eigen::VectorXd own = references.contact.nuisance();
+  const Trial begun = candidates.fit({{"velocity_dependent_friction", {0.3, 0.1, 1.0}}}, &own, references.contact.local, look, &references.prior);
+  References there = references;
+  candidates.referOverShortWindows(there);
+  EXPECT_GT(there.short_level, 1.0) << "the bearing is aside in windows of any length";
+  double told = 0.0;
+  const Trial same = candidates.lengthened(begun, look, &references.prior, nullptr, [&](double level) {
+    told = level;
+    return false;
+  });
+  EXPECT_EQ(same.fit.chi2, begun.fit.chi2);
+  EXPECT_EQ(same.grown, 0.0);
+  EXPECT_GT(told, 0.5 * there.short_level) << "friction takes none of it";
+}
+
 TEST_F(LengthenedWindows, AFitToAllRunsThatLeavesSomeAstrayGoesOnFromThere) {
   AMB_ROTOR_SKIP_UNLESS_LONG();
   // two thirds of the way: windows of 10 ms do not lead on from there

@@ -106,6 +106,28 @@ TEST(ScreeningLeaders, ALeaderThatHasTakenNextToAllLeavesNothingThoughItIsAboveT
     }
 }
 
+TEST(ScreeningLeaders, OverShortWindowsAWrongOneLeavesWhatNoneDoesOrManyTimesTheLeaders) {
+  References references = afterBaseline();
+  references.free.fit.count = references.free.fit.squares = 1e5;
+  Leaders leaders;
+  EXPECT_TRUE(leaders.mayBeRight(9.0, references)) << "nothing is known of these windows";
+  references.short_level = 1.1;
+  EXPECT_TRUE(leaders.mayBeRight(9.0, references)) << "they show nothing";
+  references.short_level = 3.0;
+  EXPECT_TRUE(leaders.mayBeRight(2.3, references));
+  EXPECT_FALSE(leaders.mayBeRight(2.5, references)) << "0.7 of 2";
+  Trial leader = found("hertzian_contact", 1e4, 3.0);
+  leader.fit.chi2 = leader.fit.squares;
+  leader.short_level = 1.05;
+  leaders.add(leader, references);
+  EXPECT_TRUE(leaders.mayBeRight(1.2, references));
+  EXPECT_FALSE(leaders.mayBeRight(1.3, references)) << "five times what the leader leaves";
+  leader.short_level = 0.95;
+  leaders.add(leader, references);
+  EXPECT_TRUE(leaders.mayBeRight(1.09, references));
+  EXPECT_FALSE(leaders.mayBeRight(1.11, references)) << "a twentieth of 2";
+}
+
 TEST(ScreeningLeaders, WithoutALeaderContactIsLookedAtInFull) {
   EXPECT_FALSE(Leaders{}.settles(afterBaseline()));
 }
