@@ -358,7 +358,8 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     const std::vector<Trial> others = std::move(t.others);
     const bool contact = needsContact(t.effect);
     FitEffort effort = {contact ? Through::contact : Through::free, round_iterations, false, contact};
-    effort.every_effect = contact && leaders.through_contact && references.sparse.stride > 1;
+    // what a look has told by all windows, a ring's speed, some of them would lose
+    effort.every_effect = contact && leaders.through_contact && t.stride > 1;
     goOn(t, effort);
     // hills, as of a resonance's frequency, are told apart near their tops only
     for (Trial other : others) {

@@ -65,6 +65,19 @@ TEST_F(LengthenedWindows, ALookEndsWithTheShortestWhereTheyTellEnough) {
   EXPECT_GT(told, 0.5 * there.short_level) << "friction takes none of it";
 }
 
+TEST_F(LengthenedWindows, WhatAllWindowsHaveToldOfARingIsFollowedThroughAll) {
+  const FitEffort look = {Through::contact, 1, false, true};
+  const Eigen::VectorXd own = references.contact.nuisance();
+  std::vector<Trial> trials = {candidates.fit({{"inner_ring_spin", {4e-5, 0.003}}}, &own, references.contact.local, look, &references.prior)};
+  ASSERT_EQ(trials[0].stride, 1);
+  ASSERT_GT(references.sparse.stride, 1);
+  trials[0].evidence = 1e4;
+  Leaders leaders;
+  leaders.through_contact = true;  // looks at other effects then need some windows only
+  candidates.finish(trials, references, leaders, [](const std::string&) {});
+  EXPECT_EQ(trials[0].stride, 1);
+}
+
 TEST_F(LengthenedWindows, AFitToAllRunsThatLeavesSomeAstrayGoesOnFromThere) {
   AMB_ROTOR_SKIP_UNLESS_LONG();
   // two thirds of the way: windows of 10 ms do not lead on from there
