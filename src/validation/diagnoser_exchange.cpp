@@ -211,13 +211,20 @@ bool Diagnoser::exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out)
   AMB_ROTOR_CHECK(alone != trials.end(), "what is adopted has been looked at");
   const Trial& reference = contact ? references_.contact : references_.free;
   const Eigen::VectorXd own = reference.nuisance();
+  const QuadraticPrior* prior = contact ? &references_.prior : nullptr;
+  // at the same windows, all of them: a look is at those that are the farthest off
+  FitEffort effort = {contact ? Through::contact : Through::free, 0};
+  const Eigen::VectorXd there = joint_.nuisance();
+  const Trial stands = candidates_.fit(adopted_, &there, joint_.local, effort, prior);
   Trial best = notFollowed();
-  best.evidence = alone->evidence + 2.0 * least_evidence;
+  best.evidence = candidates_.evidence(stands, reference) + 2.0 * least_evidence;
+  effort.iterations = iterations_of_pair;
+  effort.thorough = contact;
+  const std::vector<LocalState> local = contact ? begunAnew(reference.local) : reference.local;  // what is not there had led windows astray
   for (const Settings& pair : pairsInstead(away, trials, *alone)) {
     if (hurried()) break;
     progress(0.9, pair[0].id + " and " + pair[1].id + " in the place of " + effect);
-    Trial two = candidates_.fit(pair, &own, reference.local, {contact ? Through::contact : Through::free, iterations_of_pair},
-                                contact ? &references_.prior : nullptr);
+    Trial two = candidates_.fit(pair, &own, local, effort, prior);
     two.evidence = candidates_.evidence(two, reference);
     if (two.usable() && two.evidence > best.evidence) best = std::move(two);
   }
@@ -225,16 +232,16 @@ bool Diagnoser::exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out)
   const Stood before = stood(out);
   const Settings pair = best.effects();
   const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return t.effect == pair[0].id; });
-  const bool earned = pair[0].id != effect && first->errors.validation_error < begun_.validation_error;
+  const bool same = pair[0].id == effect, earned = same || first->errors.validation_error < begun_.validation_error;
   out.steps.clear();
   out.steps.push_back({pair[0].id, {}, {}});
-  out.steps.back().errors = earned ? first->errors : begun_;
+  out.steps.back().errors = same ? before.errors : earned ? first->errors : begun_;
   out.steps.back().only_with_next = !earned;
   out.steps.push_back({pair[1].id, {}, {}});
   adopt(pair, best, out);
   const bool fits = candidates_.evidence(joint_, before.joint) > least_evidence || joined_ != before.joined;
   if (fits && bornOut(before.errors, errors_, false)) {
-    if (pair[0].id != effect) out.withdrawn.push_back(effect);
+    if (!same) out.withdrawn.push_back(effect);
     return true;
   }
   putBack(before, out);
