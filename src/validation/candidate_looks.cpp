@@ -283,7 +283,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   FitEffort effort = {Through::contact, lengthening_iterations, false, true};
   // where the reference is near the floor there is little to be had by what is far above it
   bool may_be_right = true;
-  if (isAstray(winner) && isAstray(references.of(winner)))
+  if (grows)
     take(lengthened(winner, effort, &references.prior, &references.of(winner),
                     [&](double level) { return may_be_right = leaders.mayBeRight(level, references); }));
   if (!may_be_right) return winner;

@@ -235,6 +235,7 @@ void Candidates::referThroughContact(References& references) {
   if (!haveContact()) return;
   const Trial all = references.contact;
   references.through_contact = true;
+  references.short_level = 0.0;
   const Eigen::VectorXd own = all.nuisance();
   references.contact = fit(all.effects(), &own, all.local, {Through::contact, 6}, &references.prior);
   const Eigen::VectorXd at = references.contact.nuisance();

@@ -69,6 +69,7 @@ class Diagnoser {
   Instead lookInstead(const Diagnosis& so_far, bool rivals_alone);
   bool exchange(Diagnosis& out);
   std::vector<Settings> pairsInstead(const std::vector<EffectSetting>& away, const std::vector<Trial>& trials, const Trial& alone) const;
+  Trial oneBesideOther(const Settings& pair, const std::vector<Trial>& trials, const FitEffort& effort) const;
   bool exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out);
   void lookAgain(Diagnosis& out) const;
   bool cleanWithoutContact() const;

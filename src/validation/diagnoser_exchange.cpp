@@ -198,6 +198,16 @@ std::vector<Settings> Diagnoser::pairsInstead(const std::vector<EffectSetting>& 
   return pairs;
 }
 
+/// Without contact, the second of a pair from its own starts beside the first: alone it has been led far away by what the first does.
+Trial Diagnoser::oneBesideOther(const Settings& pair, const std::vector<Trial>& trials, const FitEffort& effort) const {
+  const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return t.effect == pair[0].id; });
+  const References there = candidates_.referencesWithoutContact(*first, *first);
+  const Trial second = candidates_.look(pair[1].id, first->effects(), there, {});
+  if (!second.usable()) return notFollowed();
+  const Eigen::VectorXd own = second.nuisance();
+  return candidates_.fit(second.effects(), &own, second.local, effort);
+}
+
 /// Two effects in the place of the only one, where a number of that stands at the end of its range and something is left: a mode of nine
 /// numbers leaves little of what the magnets' iron and a motor's pull do together. False: none are better.
 bool Diagnoser::exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out) {
@@ -224,7 +234,7 @@ bool Diagnoser::exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out)
   for (const Settings& pair : pairsInstead(away, trials, *alone)) {
     if (hurried()) break;
     progress(0.9, pair[0].id + " and " + pair[1].id + " in the place of " + effect);
-    Trial two = candidates_.fit(pair, &own, local, effort, prior);
+    Trial two = contact ? candidates_.fit(pair, &own, local, effort, prior) : oneBesideOther(pair, trials, effort);
     two.evidence = candidates_.evidence(two, reference);
     if (two.usable() && two.evidence > best.evidence) best = std::move(two);
   }
@@ -239,6 +249,7 @@ bool Diagnoser::exchangeForTwo(const std::vector<Trial>& trials, Diagnosis& out)
   out.steps.back().only_with_next = !earned;
   out.steps.push_back({pair[1].id, {}, {}});
   adopt(pair, best, out);
+  // fits to other runs do not compare
   const bool fits = candidates_.evidence(joint_, before.joint) > least_evidence || joined_ != before.joined;
   if (fits && bornOut(before.errors, errors_, false)) {
     if (!same) out.withdrawn.push_back(effect);

@@ -170,14 +170,14 @@ Diagnosis Diagnoser::run() {
       if (clean()) break;
       continue;
     }
-    if (step == 0 && !hurried()) proposeExperiments(candidates_, trials, chosen->effect, out);
-    if (step == 0)
+    const bool exchanged = step == 0 && exchangeForTwo(trials, out);
+    if (step == 0 && !hurried()) proposeExperiments(candidates_, trials, adopted_[0].id, out);
+    if (step == 0 && !exchanged)
       for (auto& c : out.ranking)
         if (c.effect == chosen->effect) {
           c.parameters = out.steps[0].parameters;
           c.errors = errors_;
         }
-    if (step == 0) exchangeForTwo(trials, out);
     while (withdraw(out) || exchange(out)) {
     }
     if ((clean() || littleLeftOpen()) && !strained()) {

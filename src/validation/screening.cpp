@@ -217,7 +217,8 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     leaders.explains_contact = candidates.explainsContact(trials[leader], references);
   progress(each * trials.size(), "a glance at each through contact");
   std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);
-  if (contact.size() > 1 && references.through_contact && !leaders.settles(references) && isAstray(references.sparse))
+  const bool windows_grow = references.through_contact && !leaders.settles(references) && isAstray(references.sparse);
+  if (contact.size() > 1 && windows_grow && !(references.short_level > 0.0) && !candidates.limit().isUp())
     candidates.referOverShortWindows(references);
   for (const std::string& name : contact) {
     const auto found = std::find_if(glimpsed.begin(), glimpsed.end(), [&](const Trial& t) { return t.effect == name; });

@@ -24,3 +24,6 @@ def test_a_mode_at_the_ends_of_its_ranges_gives_way_to_two(tmp_path):
     assert diagnosis["withdrawn"] == ["shaft_flexibility"], "it came first, or this shows nothing"
     assert {step["added"] for step in diagnosis["steps"]} == two
     assert diagnosis["steps"][-1]["validation_error"] < 1.01
+    for step in diagnosis["steps"]:
+        for name, found in step["parameters"].items():
+            assert abs(found["value"] - hidden[step["added"]][name]["value"]) < 3 * found["std"], name

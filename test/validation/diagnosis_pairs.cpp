@@ -149,6 +149,8 @@ TEST(DiagnosisPairsTest, AStandInAtTheEndOfItsRangeGivesWayToTwo) {
   ASSERT_EQ(found.steps.size(), 2u);
   EXPECT_LT(found.steps[1].errors.validation_error, adopted_error);
   EXPECT_LT(found.steps[0].errors.validation_error, found.baseline.validation_error);
+  ASSERT_FALSE(found.ranking.empty());
+  EXPECT_EQ(found.ranking[0].effect, found.steps[0].added) << "what stands leads";
 }
 
 /// Beside turned sensors alone the loop is fitted to next to where it is no longer stable, and eddy currents promise next to nothing
