@@ -64,7 +64,7 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
       friction_law_(models[0]->friction_law) {
   gatherRig(models, rig_);
   effects::forEachEffect([&](auto* effect) {
-    const std::string id = std::remove_pointer_t<decltype(effect)>::schema().id;
+    static const std::string id = std::remove_pointer_t<decltype(effect)>::schema().id;  // machines are made often
     std::vector<S> values;
     if (!gatherEffect(models, id, values)) return;
     Part part;
