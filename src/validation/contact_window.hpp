@@ -1,7 +1,7 @@
 // A window of a run through contact: the state that it begins with is unknown and estimated from the window itself.
 //
 // The estimate minimises sum((measured - predicted) / noise)^2 + sum((state - guess) / prior)^2, the coordinates and the
-// run's offsets held, by Levenberg and Marquardt; derivatives are differences of predictions, all in one pack of lanes.
+// run's offsets held, by Levenberg and Marquardt, several dampings at once; derivatives are differences of predictions, all in packs of lanes.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -87,7 +87,8 @@ class ContactWindow {
 
   /// Predicts the window from `start`, with a column for each unknown of it and, where asked for, each coordinate before
   /// these; fills everything below. False: a prediction does not stay finite.
-  bool linearise(bool with_coordinates);
+  /// @param known  the base's prediction, where there is one (then `end` stays as it is); empty: none
+  bool linearise(bool with_coordinates, const std::vector<double>& known = {});
   /// What Newton's step of the start alone would take off the squares; the linearisation had the coordinates.
   double ownGain() const;
   /// Searches the start anew from the guess that predicts best; where `thorough`, from the next ones, too, until one is good.
@@ -109,7 +110,15 @@ class ContactWindow {
   LaneJob jobFrom(const Model& model, const MachineState<double>& from) const;
   std::vector<MachineState<double>> byPrediction(std::vector<MachineState<double>> guesses) const;
   double squaresOf(const double* out) const;
-  /// Moves the start to where it fits best from `guess`; the squares that are left.
+  /// What predictions from these starts leave; 1e300: one that does not stay finite. `outs`: the predictions, one behind another.
+  std::vector<double> squaresFrom(const std::vector<MachineState<double>>& starts, std::vector<double>& outs) const;
+  struct Step {
+    double damping;
+    MachineState<double> to;
+  };
+  /// Steps of the start by the normal equations, damped more and less.
+  std::vector<Step> stepsFromHere(double damping) const;
+  /// Moves the start to where it fits best about `guess`; the squares that are left.
   double refine(int passes);
 
   const WindowedRun& run_;
