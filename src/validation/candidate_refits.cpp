@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "amb_rotor/common/linear_algebra.hpp"
+#include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/machine.hpp"
 #include "candidate_hills.hpp"
 
@@ -86,6 +87,14 @@ Eigen::VectorXd leastKnown(const Trial& trial) {
 
 bool hasRing(const Model& model) { return Machine<double>({&model}, Spin::prescribed).ringState() >= 0; }
 
+/// The effects with the last of them where it does nothing; empty: there is no such place.
+Settings withoutTheLast(Settings effects) {
+  if (effects.empty() || !isNested(effects.back().id)) return {};
+  const auto& parameters = effectCatalogue().find(effects.back().id)->parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i) effects.back().values[i] = parameters[i].neutral;
+  return effects;
+}
+
 /// Whether the stator's parts have motions of their own: fits through contact, in small steps, then take minutes.
 bool movesByItself(const Model& model) { return hasRing(model) || Machine<double>({&model}, Spin::prescribed).mountState() >= 0; }
 
@@ -161,6 +170,12 @@ Trial Candidates::lengthened(const Trial& from, FitEffort effort, const Quadrati
     effort.window_s = share * contact_window_s;
     const Eigen::VectorXd x = at.nuisance();
     at = fit(at.effects(), &x, begunAnew(at.local), effort, prior);
+    // windows of the usual length may have led to where shorter ones find no way on
+    const Settings anew = share == shortest_share && prior != nullptr && isAstray(at) ? withoutTheLast(from.effects()) : Settings();
+    if (!anew.empty() && !limit_.isUp()) {
+      Trial other = fit(anew, &x, begunAnew(at.local), effort, prior);
+      if (other.fit.finite && !(at.fit.finite && at.fit.chi2 <= other.fit.chi2)) at = std::move(other);
+    }
     if (!at.fit.finite) break;
     if (share != shortest_share) continue;
     short_level = at.level();

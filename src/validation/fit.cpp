@@ -15,6 +15,7 @@
 #include "amb_rotor/model/effect_file.hpp"
 #include "law_place.hpp"
 #include "trusted_step.hpp"
+#include "window_ease.hpp"
 
 namespace amb_rotor {
 
@@ -34,6 +35,10 @@ constexpr double settled_share = 0.02;
 /// Starts of windows are searched in all their guesses again, which is most of the time where a wrong model throws many off, where a run
 /// is left below so many times the noise's square, or the pass before has taken such a share off.
 constexpr double searched_again = 4.0, falling_share = 0.3;
+
+/// Mean square over the noise from which on steps through windows may be longer than their normal equations say: nearer to the noise
+/// what the gradient loses is that of the hollows.
+constexpr double far_from_noise = 1.5;
 
 /// Through impacts the linear model of an effect is good for a few of its parameters' scales only. Of a nuisance: no bound.
 Eigen::VectorXd trustedLengths(const FitSpace& space) {
@@ -161,6 +166,15 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
     return sum;
   }
   for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);
+  if (options.jacobian && any_touching) {
+    sum.windows_h = Eigen::MatrixXd::Zero(p, p);
+    sum.windows_g = Eigen::VectorXd::Zero(p);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (!recordings_[which[i]].holdsContact()) continue;
+      sum.windows_h += parts[i].h;
+      sum.windows_g += parts[i].g;
+    }
+  }
   // a coordinate at its upper limit was stepped downwards
   if (options.jacobian)
     for (int k = frozen; k < p; ++k)
@@ -170,6 +184,10 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
         sum.scores.row(k) *= -1.0;
         sum.scores.col(k) *= -1.0;
         sum.g[k] *= -1.0;
+        if (sum.windows_g.size() == 0) continue;
+        sum.windows_h.row(k) *= -1.0;
+        sum.windows_h.col(k) *= -1.0;
+        sum.windows_g[k] *= -1.0;
       }
   if (results != nullptr) *results = std::move(own);
   return sum;
@@ -269,6 +287,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
   double gained = 0.0;  // by the last step
   const bool windows = std::any_of(which.begin(), which.end(), [&](int i) { return problem.holdsContact(i); });
   const Eigen::VectorXd trusted = trustedLengths(space);
+  WindowEase ease;
   int first = 0;
   for (int iteration = 0; iteration < options.most_iterations && !(options.give_up && options.give_up()); ++iteration) {
     Eigen::MatrixXd h = now.h;
@@ -288,7 +307,9 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       }
     bool improved = false, converged = false;
     for (int attempt = 0; attempt < options.attempts; ++attempt) {
+      const bool eased = windows && ease.value() > 1.0 && chi2 > far_from_noise * now.count;
       Eigen::MatrixXd damped = h;
+      if (eased) ease.relieve(now.windows_h, options.held, damped);
       for (int k = 0; k < p; ++k) {
         const double scale = space.coordinates()[k].scale;
         damped(k, k) += damping * h(k, k) + 1e-9 / (scale * scale);
@@ -323,6 +344,9 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       if (trial.finite && trial_chi2 < chi2) {
         converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < last_drop;
         gained = windows ? chi2 - trial_chi2 : 0.0;
+        const Eigen::VectorXd taken = x - result.x;
+        const Eigen::MatrixXd before_h = now.windows_h;
+        const Eigen::VectorXd before_g = now.windows_g;
         local = std::move(trial_local);
         result.x = x;
         chi2 = trial_chi2;
@@ -340,11 +364,15 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
           now.count = trial.count;
           now.occam = trial.occam;
         }
+        if (windows && now.windows_g.size() != 0) ease.learn(before_h, before_g, now.windows_g, taken);
         damping = std::max(damping * 0.1, 1e-9);
         improved = true;
         break;
       }
-      damping = std::max(damping * 10.0, 1e-2);
+      if (eased)
+        ease.shorten();
+      else
+        damping = std::max(damping * 10.0, 1e-2);
       if (attempt >= 3 && expected < 1.0) break;
     }
     ++result.iterations;

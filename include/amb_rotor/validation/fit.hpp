@@ -38,6 +38,8 @@ struct NormalEquations {
   double squares = 0.0;  ///< of the residuals alone, each over its noise
   double count = 0.0;  ///< residuals
   double occam = 0.0;  ///< log det of the windows' unknowns' curvature over their priors': what free starts cost
+  Eigen::MatrixXd windows_h;  ///< of h and g what windows through contact make up, where columns were asked for; empty: none do
+  Eigen::VectorXd windows_g;
   Eigen::MatrixXd scores;  ///< sum over blocks of time of the outer product of their scores
   bool finite = true;
   int ended_at = -1;   ///< of the recordings asked for, the one behind which the others are of no use; -1: none
