@@ -369,10 +369,12 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         improved = true;
         break;
       }
-      if (eased)
+      if (!eased)
+        damping = std::max(damping * 10.0, 1e-2);
+      else if (attempt + 2 < options.attempts)
         ease.shorten();
       else
-        damping = std::max(damping * 10.0, 1e-2);
+        ease = {};  // the last one is as long as the normal equations say
       if (attempt >= 3 && expected < 1.0) break;
     }
     ++result.iterations;
