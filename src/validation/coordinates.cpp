@@ -20,6 +20,8 @@ constexpr double linear_factor = 0.05;
 /// Share of its value that a parameter through contact is known to at best: the steps of a prediction move a Hertzian stiffness
 /// by 1e-4 from where exact times of contact have it.
 constexpr double contact_step_share = 1e-4;
+/// An amplitude of fewer deviations may be nothing, or point the other way.
+constexpr double deviations_to_any_phase = 3.0;
 
 /// Its uncertainty is absolute; all others are relative to the believed value.
 bool isAngle(const std::string& name) { return name == "unbalance.phase_rad"; }
@@ -339,8 +341,9 @@ std::vector<FittedParameter> FitSpace::effectValues(int place, const Eigen::Vect
         const double radial = cs * cs * variance + sn * sn * covariance(c + 1, c + 1) + 2 * cs * sn * covariance(c, c + 1);
         const double across = sn * sn * variance + cs * cs * covariance(c + 1, c + 1) - 2 * cs * sn * covariance(c, c + 1);
         out[slot.parameter].std = std::sqrt(std::max(0.0, radial));
-        out[slot.other_parameter].std =
-            std::min(pi, std::sqrt(std::max(0.0, across)) / a) / slot.harmonic;
+        // one that may be nothing within three deviations may have any phase within three of its own
+        const double least = a < deviations_to_any_phase * out[slot.parameter].std ? pi / deviations_to_any_phase : 0.0;
+        out[slot.other_parameter].std = std::min(pi, std::max(least, std::sqrt(std::max(0.0, across)) / a)) / slot.harmonic;
         break;
       }
       case Kind::vector_sine: break;

@@ -101,6 +101,22 @@ TEST(FitSpaceTest, StandardDeviationsOfAmplitudeAndPhase) {
   EXPECT_NEAR(values[3].std, std / 1e-6 / 2.0, 1e-9) << "half: the phase is the shaft's angle";
 }
 
+TEST(FitSpaceTest, AnAmplitudeThatMayBeNothingHasAnyPhaseWithinThreeDeviations) {
+  const FitSpace space(belief(), {runout});
+  // along the vector so many of its lengths, across it next to nothing: a line through the origin
+  const int c = space.nuisances();
+  const auto phaseOf = [&](int coordinate, double lengths) {
+    const Eigen::Vector2d along = lengths * space.start().segment<2>(coordinate);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+    covariance.block<2, 2>(coordinate, coordinate) = along * along.transpose();
+    return space.effectValues(0, space.start(), covariance)[coordinate - c + 1].std;
+  };
+  EXPECT_LT(phaseOf(c, 0.3), 1e-6) << "nothing is farther off than three";
+  EXPECT_NEAR(phaseOf(c, 0.5), M_PI / 3.0, 1e-12);
+  EXPECT_NEAR(phaseOf(c, 50.0), M_PI / 3.0, 1e-12) << "never more than any";
+  EXPECT_NEAR(phaseOf(c + 2, 0.5), M_PI / 6.0, 1e-12) << "twice a turn";
+}
+
 TEST(FitSpaceTest, LimitsHold) {
   const FitSpace space(belief(), {{"foundation_resonance", {30.0, 50.0, 0.03}}});
   Eigen::VectorXd x = space.start();

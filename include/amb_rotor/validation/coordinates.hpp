@@ -59,7 +59,9 @@ class FitSpace {
   /// Nuisance values with their standard deviations from a covariance of the coordinates.
   std::vector<FittedParameter> nuisanceValues(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance) const;
   /// Parameters of one fitted effect (its place in `fitted`), by error propagation to value and phase; what is fitted by a
-  /// logarithm or a reciprocal deviates as far as the farther of its values one deviation to either side.
+  /// logarithm or a reciprocal deviates as far as the farther of its values one deviation to either side. Where an amplitude is within
+  /// three deviations of nothing, its phase deviates by a third of half a turn at least, however close the line is on which both lie: a
+  /// second unbalance hangs together with the rig's own, and its other side is as far off as nothing twice.
   std::vector<FittedParameter> effectValues(int place, const Eigen::VectorXd& x,
                                             const Eigen::MatrixXd& covariance) const;
   const std::vector<EffectSetting>& fitted() const { return fitted_; }
