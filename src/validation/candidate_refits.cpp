@@ -212,8 +212,9 @@ Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterati
   const Model model = trial.space->model(trial.fit.x);
   const auto liesElsewhere = [&] { return held_out_error > noise_level && worstThroughContact(trial) < astray; };
   if (!haveContact()) return trial;
-  // three evaluations, without which a ring is stated too close: also where the time for more is long over
-  if (movesByItself(model)) return hasRing(model) ? widenedByHollows(std::move(trial), prior) : trial;
+  // three evaluations, without which a ring is stated too close: also where the time for more is long over; beside a ring a friction is
+  // as good at other speeds as without
+  if (movesByItself(model)) return hasRing(model) ? widenedAlike(widenedByHollows(std::move(trial), prior), prior) : trial;
   if (limit_.isUp()) return trial;
   const int rounds = closestCorrelation(trial) > curved || liesElsewhere() ? valley_rounds : 0;
   const int size = trial.space->size();
