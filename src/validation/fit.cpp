@@ -36,7 +36,7 @@ constexpr double settled_share = 0.02;
 /// is left below so many times the noise's square, or the pass before has taken such a share off.
 constexpr double searched_again = 4.0, falling_share = 0.3;
 
-/// Mean square over the noise from which on steps through windows may be longer than their normal equations say: nearer to the noise
+/// Mean square of the windows over the noise from which on steps may be longer than their normal equations say: nearer to the noise
 /// what the gradient loses is that of the hollows.
 constexpr double far_from_noise = 1.5;
 
@@ -167,12 +167,13 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
   }
   for (std::size_t i = 0; i < parts.size(); ++i) sum.add(parts[i]);
   if (options.jacobian && any_touching) {
-    sum.windows_h = Eigen::MatrixXd::Zero(p, p);
-    sum.windows_g = Eigen::VectorXd::Zero(p);
+    sum.windows = {Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (!recordings_[which[i]].holdsContact()) continue;
-      sum.windows_h += parts[i].h;
-      sum.windows_g += parts[i].g;
+      sum.windows.h += parts[i].h;
+      sum.windows.g += parts[i].g;
+      sum.windows.chi2 += parts[i].chi2;
+      sum.windows.count += parts[i].count;
     }
   }
   // a coordinate at its upper limit was stepped downwards
@@ -184,10 +185,10 @@ NormalEquations FitProblem::evaluate(const Eigen::VectorXd& x, const std::vector
         sum.scores.row(k) *= -1.0;
         sum.scores.col(k) *= -1.0;
         sum.g[k] *= -1.0;
-        if (sum.windows_g.size() == 0) continue;
-        sum.windows_h.row(k) *= -1.0;
-        sum.windows_h.col(k) *= -1.0;
-        sum.windows_g[k] *= -1.0;
+        if (sum.windows.empty()) continue;
+        sum.windows.h.row(k) *= -1.0;
+        sum.windows.h.col(k) *= -1.0;
+        sum.windows.g[k] *= -1.0;
       }
   if (results != nullptr) *results = std::move(own);
   return sum;
@@ -307,9 +308,9 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       }
     bool improved = false, converged = false;
     for (int attempt = 0; attempt < options.attempts; ++attempt) {
-      const bool eased = windows && ease.value() > 1.0 && chi2 > far_from_noise * now.count;
+      const bool eased = ease.value() > 1.0 && now.windows.chi2 > far_from_noise * now.windows.count;
       Eigen::MatrixXd damped = h;
-      if (eased) ease.relieve(now.windows_h, options.held, damped);
+      if (eased) ease.relieve(now.windows.h, options.held, damped);
       for (int k = 0; k < p; ++k) {
         const double scale = space.coordinates()[k].scale;
         damped(k, k) += damping * h(k, k) + 1e-9 / (scale * scale);
@@ -345,8 +346,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         converged = chi2 - trial_chi2 < options.tolerance * chi2 && chi2 - trial_chi2 < last_drop;
         gained = windows ? chi2 - trial_chi2 : 0.0;
         const Eigen::VectorXd taken = x - result.x;
-        const Eigen::MatrixXd before_h = now.windows_h;
-        const Eigen::VectorXd before_g = now.windows_g;
+        const WindowsShare before = now.windows;
         local = std::move(trial_local);
         result.x = x;
         chi2 = trial_chi2;
@@ -364,7 +364,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
           now.count = trial.count;
           now.occam = trial.occam;
         }
-        if (windows && now.windows_g.size() != 0) ease.learn(before_h, before_g, now.windows_g, taken);
+        if (!now.windows.empty()) ease.learn(before.h, before.g, now.windows.g, taken);
         damping = std::max(damping * 0.1, 1e-9);
         improved = true;
         break;

@@ -6,8 +6,8 @@
 namespace amb_rotor {
 
 /// The starts of windows follow a step to first order only; through many impacts they find better ones for it, and what is left then
-/// rises much less than the normal equations foretell: steps creep, each a hundredth of the way. What the gradient has lost over
-/// the last step s tells by how much,
+/// rises much less than the normal equations foretell: steps creep. What the gradient has lost over the last step s
+/// tells by how much,
 ///   ease = s.H s / (s.(g - g'))
 /// with H, g of the windows where it began, g' where it ended. It is 1 for a parabola. A further step takes H / ease for H.
 /// Source: the secant of Barzilai and Borwein (IMA J. Numer. Anal. 8 (1988) 141), here of one part of a sum.

@@ -60,13 +60,20 @@ void forEachEffect(F&& f) {
   All::forEach(std::forward<F>(f));
 }
 
+/// The name of an effect, whose schema is then made once.
+template <class Effect>
+const std::string& idOf() {
+  static const std::string id = Effect::schema().id;
+  return id;
+}
+
 /// The physics of one effect for a Scalar, from its parameters in the order of its schema; null: unknown id.
 template <class S>
 std::unique_ptr<EffectPhysics<S>> makePhysics(const std::string& id, const std::vector<S>& values) {
   std::unique_ptr<EffectPhysics<S>> made;
   forEachEffect([&](auto* effect) {
     using Effect = std::remove_pointer_t<decltype(effect)>;
-    if (Effect::schema().id == id) made = std::make_unique<typename Effect::template Physics<S>>(values);
+    if (idOf<Effect>() == id) made = std::make_unique<typename Effect::template Physics<S>>(values);
   });
   if (made == nullptr)
     if (const auto law = effectLaw(id)) made = std::make_unique<LawPhysics<S>>(law, values);

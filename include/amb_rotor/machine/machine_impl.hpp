@@ -64,11 +64,11 @@ Machine<S>::Machine(const std::vector<const Model*>& models, Spin spin, const Ex
       friction_law_(models[0]->friction_law) {
   gatherRig(models, rig_);
   effects::forEachEffect([&](auto* effect) {
-    static const std::string id = std::remove_pointer_t<decltype(effect)>::schema().id;  // machines are made often
+    using Effect = std::remove_pointer_t<decltype(effect)>;
     std::vector<S> values;
-    if (!gatherEffect(models, id, values)) return;
+    if (!gatherEffect(models, effects::idOf<Effect>(), values)) return;
     Part part;
-    part.physics = std::make_unique<typename std::remove_pointer_t<decltype(effect)>::template Physics<S>>(values);
+    part.physics = std::make_unique<typename Effect::template Physics<S>>(values);
     part.roles = part.physics->roles();
     parts_.push_back(std::move(part));
   });

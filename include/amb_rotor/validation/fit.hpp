@@ -30,6 +30,15 @@ constexpr double angle_step_rad = 5e-4;  ///< of the shaft's angle; of a speed, 
 /// calibrations are no better. It adds share^2 times the number of residuals to the variances that white noise gives.
 constexpr double shared_misfit = 0.003;
 
+/// What windows through contact make up of normal equations whose columns were asked for; empty: none do.
+struct WindowsShare {
+  Eigen::MatrixXd h;
+  Eigen::VectorXd g;
+  double chi2 = 0.0, count = 0.0;
+
+  bool empty() const { return g.size() == 0; }
+};
+
 /// Quadratic model of half the sum of squares about a point: H, g, and the sum itself.
 struct NormalEquations {
   Eigen::MatrixXd h;
@@ -38,8 +47,7 @@ struct NormalEquations {
   double squares = 0.0;  ///< of the residuals alone, each over its noise
   double count = 0.0;  ///< residuals
   double occam = 0.0;  ///< log det of the windows' unknowns' curvature over their priors': what free starts cost
-  Eigen::MatrixXd windows_h;  ///< of h and g what windows through contact make up, where columns were asked for; empty: none do
-  Eigen::VectorXd windows_g;
+  WindowsShare windows;
   Eigen::MatrixXd scores;  ///< sum over blocks of time of the outer product of their scores
   bool finite = true;
   int ended_at = -1;   ///< of the recordings asked for, the one behind which the others are of no use; -1: none
