@@ -29,22 +29,28 @@ struct Ring {
   Trial free, found, widened, unchanged;
 };
 
+// In which hollow a fit ends hangs on the last digits of its sums: of several rings one at least is in one.
 TEST(RoughValleys, ARingInAHollowIsNotStatedCloserThanHollowsAreDeep) {
-  const Ring ring(4300154);
-  // in which hollow a fit ends hangs on the last digits: with AVX-512 in one 3 deviations off, with AVX2 at the truth
-  if (!(ring.off() > 3.0 * ring.deviation(ring.found))) GTEST_SKIP() << "by this processor's arithmetic the fit ends at the truth";
-  EXPECT_LT(ring.off(), 3.0 * ring.deviation(ring.widened));
+  int in_hollows = 0;
+  for (const std::uint64_t seed : {4300145, 4300154, 4300158}) {
+    const Ring ring(seed);
+    EXPECT_LT(ring.off(), 3.0 * ring.deviation(ring.widened)) << seed;
+    EXPECT_GE(ring.deviation(ring.widened), ring.deviation(ring.found)) << seed << ": never stated closer";
+    if (ring.deviation(ring.widened) > 3.0 * ring.deviation(ring.found)) ++in_hollows;
+  }
+  EXPECT_GT(in_hollows, 0);
 }
 
 TEST(RoughValleys, WhereChi2IsSmoothTheCovarianceStays) {
-  const Ring ring(4300150);
-  EXPECT_LT(ring.off(), 3.0 * ring.deviation(ring.found));
-  EXPECT_EQ(ring.unchanged.fit.covariance, ring.free.fit.covariance) << "without contact there are no hollows";
-  // where the fit ends hangs on the last digits of its sums: from some ends another hollow is in reach here, too
-  if (!(ring.widened.fit.covariance == ring.found.fit.covariance)) {
-    EXPECT_GE(ring.deviation(ring.widened), ring.deviation(ring.found)) << "never stated closer";
-    GTEST_SKIP() << "by this processor's arithmetic the fit ends beside another hollow";
+  int smooth = 0;
+  for (const std::uint64_t seed : {4300150, 4300160}) {
+    const Ring ring(seed);
+    EXPECT_LT(ring.off(), 3.0 * ring.deviation(ring.found)) << seed;
+    EXPECT_EQ(ring.unchanged.fit.covariance, ring.free.fit.covariance) << seed << ": without contact there are no hollows";
+    EXPECT_GE(ring.deviation(ring.widened), ring.deviation(ring.found)) << seed << ": never stated closer";
+    if (ring.widened.fit.covariance == ring.found.fit.covariance) ++smooth;
   }
+  EXPECT_GT(smooth, 0) << "other hollows are in reach of every end";
 }
 
 /// Deviations that are ten times too large: chi2 rises along them as out of a hollow, far more than by the square of the way. Right ones
