@@ -156,9 +156,8 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
   }
   const auto& [offsets, integrals] = other.offsets.empty() ? excited : other;
   if (offsets.empty()) return out;
-  const bool in_loop = medianOf(offsets) < next_to_none * offset_std_m;
-  out.integrators_settled = in_loop ? ki > 0.0 && medianOf(integrals) > held_in_loop * kp * offset_std_m : settled_gain > 0.0;
-  out.offsets_in_loop = in_loop && (ki == 0.0 || out.integrators_settled);
+  out.offsets_in_loop = medianOf(offsets) < next_to_none * offset_std_m;
+  out.integrators_settled = out.offsets_in_loop ? ki > 0.0 && medianOf(integrals) > held_in_loop * kp * offset_std_m : settled_gain > 0.0;
   return out;
 }
 

@@ -3,9 +3,8 @@
 //
 // A PID by axis holds  y(t) = i - excitation + kp s + kd s' + ki int_0^t s = -ki I(0)  but for what turns or rings, whatever forces act. Of an
 // offset o that lies in the recording alone the current knows nothing: it adds kp o + ki o t to y. One in the loop adds nothing; it then
-// moves the rotor and its currents by what the closed loop makes of it.
-// Left out: controllers beyond a PID by axis; offsets in the loop of integrators that begin at 0. Their offsets are taken to lie in the
-// recording alone, and their integrators to begin at 0.
+// moves the rotor and its currents by what the closed loop makes of it; integrators that begin at 0 then carry it off.
+// Left out: controllers beyond a PID by axis. Their offsets are taken to lie in the recording alone, and their integrators to begin at 0.
 #include <Eigen/Core>
 #include <array>
 #include <vector>
