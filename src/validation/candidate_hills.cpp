@@ -9,6 +9,9 @@
 // A crack half a turn on. What its stiffness does twice a turn is the same there, what it does once and thrice a turn has the other
 // sign; a nuisance that has been pulled away holds the wrong one.
 //
+// A force at a place along the shaft, of the other sign at either magnetic bearing. From where it does nothing a fit learns of its size
+// alone, and goes where that leads: it passes neither through nothing to the other sign, nor along the shaft while it does little.
+//
 // A bending mode, and the unbalance that drives it, both half a turn off. A fit without the mode turns the unbalance where the mode's part
 // is the larger, and with the mode it ends where the unbalance drives that the other way.
 //
@@ -54,6 +57,17 @@ EffectSetting movedTo(EffectSetting mode, double ratio, double damping_ratio) {
       mode.values[i] = std::clamp(mode.values[i] * ratio, p.lower, p.upper);
   }
   return mode;
+}
+
+/// Which number of an effect at a place along the shaft is a size of either sign; -1: none.
+int signedSizeOf(const std::string& effect) {
+  const EffectSchema& schema = *effectCatalogue().find(effect);
+  if (schema.only_by_name || schema.indexOf("z_m") < 0) return -1;
+  for (std::size_t i = 0; i < schema.parameters.size(); ++i) {
+    const ParameterSchema& p = schema.parameters[i];
+    if (p.name != "z_m" && p.neutral == 0.0 && p.lower < 0.0 && p.upper > 0.0) return static_cast<int>(i);
+  }
+  return -1;
 }
 
 /// Slips at which a rotor that does not whirl touches, of the runs to fit.
@@ -119,7 +133,8 @@ EffectSetting drivenTheOtherWay(EffectSetting mode) {
 }
 
 Trial Candidates::onHighestHill(Trial trial, int iterations) const {
-  return amongFrequencies(unbalanceTurnedBack(halfATurnOn(std::move(trial), iterations), iterations), iterations);
+  trial = onTheOtherSide(halfATurnOn(std::move(trial), iterations), iterations);
+  return amongFrequencies(unbalanceTurnedBack(std::move(trial), iterations), iterations);
 }
 
 Trial Candidates::betterFrom(const Settings& effects, const Eigen::VectorXd& nuisance, Trial trial, int iterations) const {
@@ -137,6 +152,23 @@ Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
   for (const Eigen::VectorXd& nuisance : {Eigen::VectorXd(trial.space->start().head(trial.space->nuisances())), trial.nuisance()}) {
     if (limit_.isUp()) break;
     trial = betterFrom(turned, nuisance, std::move(trial), iterations);
+  }
+  return trial;
+}
+
+Trial Candidates::onTheOtherSide(Trial trial, int iterations) const {
+  if (!trial.fit.finite || trial.fit.squares < next_to_nothing * trial.fit.count) return trial;
+  const Settings found = trial.effects();
+  const auto placed = std::find_if(found.begin(), found.end(), [](const EffectSetting& e) { return signedSizeOf(e.id) >= 0; });
+  if (placed == found.end()) return trial;
+  Settings other = found;
+  EffectSetting& effect = other[static_cast<std::size_t>(placed - found.begin())];
+  effect.values[signedSizeOf(effect.id)] *= -1.0;
+  const Eigen::VectorXd believed = trial.space->start().head(trial.space->nuisances());
+  for (const double z : belief_.rig.planes.amb) {
+    if (limit_.isUp()) break;
+    effect.values[effectCatalogue().find(effect.id)->indexOf("z_m")] = z;
+    trial = betterFrom(other, believed, std::move(trial), iterations);
   }
   return trial;
 }

@@ -158,7 +158,7 @@ bool Leaders::mayLead(const std::string& effect, const References& references) c
 
 bool Leaders::waits(const References& references) const {
   const FitResult& fit = references.free.fit;
-  return contact_waits && (noneNear(references) || (free > beyond_doubt && (explains_contact || fit.squares > plainly_off * fit.count)));
+  return contact_waits && (noneNear(references) || explains_contact || (free > beyond_doubt && fit.squares > plainly_off * fit.count));
 }
 
 void Leaders::add(const Trial& trial, const References& references) {
@@ -367,6 +367,10 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       value(other, references);
       goOn(other, {contact ? Through::contact : Through::free, contact ? round_iterations : climbing_iterations, false, contact});
       if (other.evidence > t.evidence) t = std::move(other);
+    }
+    if (!contact && t.usable() && t.evidence >= in_reach * leader) {
+      t = onTheOtherSide(std::move(t), climbing_iterations);
+      value(t, references);
     }
   }
   std::stable_sort(trials.begin(), trials.end(), order);

@@ -265,6 +265,7 @@ class Candidates {
   /// A fit through the runs without contact from there, or the trial where that leaves less.
   Trial betterFrom(const Settings& effects, const Eigen::VectorXd& nuisance, Trial trial, int iterations) const;
   Trial halfATurnOn(Trial trial, int iterations) const;
+  Trial onTheOtherSide(Trial trial, int iterations) const;
   Trial unbalanceTurnedBack(Trial trial, int iterations) const;
   Trial amongFrequencies(Trial trial, int iterations) const;
   Starts startsOf(const std::string& effect, const Settings& adopted, const Trial& reference, std::string& note) const;

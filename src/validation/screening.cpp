@@ -213,7 +213,9 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     if (out.none_near) return out;
   }
   if (!contact.empty() && !references.through_contact && !leaders.waits(references)) candidates.referThroughContact(references);
-  if (candidates.haveContact() && !contact.empty() && contact_may_wait && leaders.free_settled && !leaders.waits(references))
+  // what shows little without contact may be what is off there: a damping that turns with the rotor, where no bearing holds it
+  const bool may_explain = candidates.haveContact() && !contact.empty() && leaders.free > std::max(least_evidence, references.worth);
+  if (may_explain && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references))
     leaders.explains_contact = candidates.explainsContact(trials[leader], references);
   progress(each * trials.size(), "a glance at each through contact");
   std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);

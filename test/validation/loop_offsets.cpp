@@ -275,6 +275,27 @@ TEST(LoopOffsets, IntegratorsThatBeginAtZeroCarryThemOff) {
   EXPECT_GT(left(unused), 2.0);
 }
 
+/// Beside an offset the law tells of a start by the slope alone; where offsets go round the loop there is none in it.
+TEST(LoopOffsets, NoiseIsNotTakenForWhatIntegratorsHold) {
+  const Model model = heavyRotor();
+  std::mt19937 dice(3);
+  std::normal_distribution<double> normal;
+  std::vector<Recording> recordings;
+  int beside_offsets = 0;
+  const double told_A = 0.1 * model.rig.controller.kp_A_per_m * 1e-6;
+  for (int run = 0; run < 5; ++run) {
+    Recording rec = heldByIntegrators(model, 0.0, loop_offset_m);
+    for (int c = 0; c < predicted_channels; ++c) rec.noise[c] = c < axis_count ? 0.7e-6 : 1e-2;
+    for (std::size_t at = 0; at < rec.measured.size(); ++at) rec.measured[at] += rec.noise[at % predicted_channels] * normal(dice);
+    if (readLaw(rec, model, 1e-6).integral_A.cwiseAbs().maxCoeff() > told_A) ++beside_offsets;
+    recordings.push_back(std::move(rec));
+  }
+  ASSERT_GT(beside_offsets, 2) << "there is nothing to be taken in by";
+  const LoopReading read = readLoop(recordings, model, 1e-6);
+  EXPECT_TRUE(read.offsets_in_loop);
+  EXPECT_FALSE(read.integrators_settled);
+}
+
 /// A drift in the loop moves the rotor: the displacements' mean is not what the recording is off by, and says nothing of the integrators.
 TEST(LoopOffsets, WhatADriftInTheLoopMovesIsNoOffsetOfTheRecording) {
   Model model = heavyRotor();
