@@ -66,6 +66,18 @@ TEST(ScreeningOrder, ARingIsLookedAtFirstOnlyWhereItIsPlainlyAhead) {
   EXPECT_EQ(contendersFirst(names, {valued("inner_ring_spin", 3e5), valued("compliant_mount", 1e5)}), names);
 }
 
+/// A ring's look ended at 168 times the noise's square, a mount's, which was there, with half of that evidence. The mount's full look took
+/// twenty seconds; the ring's came down to four times the noise in four minutes, and was adopted.
+TEST(ScreeningOrder, ARingThatIsLeftFarFromTheNoiseComesAfterItsRivals) {
+  const std::vector<std::string> names = {"inner_ring_spin", "compliant_mount"};
+  for (const double left : {1.2, 168.0}) {
+    Trial ring = valued("inner_ring_spin", 2.1e5);
+    ring.fit.count = 1e4;
+    ring.fit.squares = left * ring.fit.count;
+    EXPECT_EQ(contendersFirst(names, {ring, valued("compliant_mount", 1e5)})[0] == "inner_ring_spin", left < 1.5) << left;
+  }
+}
+
 /// Of a reference 110 times the noise off a ring stood at 0.80 before its look and a mount at 0.81; the ring's look left under a
 /// thousandth, which was seven times the noise's square.
 TEST(ScreeningOrder, WhatStandsAsNearAsTheFirstIsLookedAt) {
