@@ -21,9 +21,9 @@ constexpr int judged_stride = 4;
 constexpr int further_iterations = 5;
 /// See isInSight().
 constexpr double half_way = 0.5, about_as_near = 1.03;
-/// Evidence of a look at what all windows tell, over that of another, from which on it is followed first: it takes far longer. And where it
-/// is left far from the noise: a wrong one that is led nearer over windows that grow takes minutes.
-constexpr double plainly_ahead = 2.0, far_ahead = 10.0;
+/// Evidence of a look at what all windows tell, over that of another, from which on it is followed first: it takes far longer. A wrong one
+/// that is left far from the noise, and led nearer over windows that grow, takes minutes: it comes last.
+constexpr double plainly_ahead = 2.0;
 /// Shares of a screening at which looks are over, and fits to the end.
 constexpr double looked_at = 0.6, fitted = 0.85;
 
@@ -169,7 +169,7 @@ std::vector<std::string> contendersFirst(std::vector<std::string> names, const s
   const auto weighed = [&](const std::string& name) {
     if (!effectCatalogue().find(name)->lasting) return evidence(name);
     const bool far = std::any_of(trials.begin(), trials.end(), [&](const Trial& t) { return t.effect == name && isAstray(t); });
-    return evidence(name) / (far ? far_ahead : plainly_ahead);
+    return far ? 0.0 : evidence(name) / plainly_ahead;
   };
   std::stable_sort(slow, others, [&](const std::string& a, const std::string& b) { return weighed(a) > weighed(b); });
   return names;

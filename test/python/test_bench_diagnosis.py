@@ -20,6 +20,7 @@ import blind  # noqa: E402
 import driver  # noqa: E402
 
 _core = pytest.importorskip("amb_rotor._core")
+from amb_rotor import yaml_file  # noqa: E402
 from amb_rotor.cli import main  # noqa: E402
 from amb_rotor.cli import bench_diagnosis  # noqa: E402
 from amb_rotor.errors import InputError  # noqa: E402
@@ -83,6 +84,20 @@ def test_a_folder_without_sets_is_refused_and_nothing_kept(tmp_path, capsys):
     assert main(["bench-diagnosis", "--data", str(tmp_path), "--keep", str(tmp_path / "kept")]) != 0
     assert "truth.yaml" in capsys.readouterr().err
     assert not (tmp_path / "kept").exists()
+
+
+def test_with_contact_every_set_has_rubs_and_drops(tmp_path, capsys):
+    folder = tmp_path / "set-0000"
+    folder.mkdir()
+    (folder / "diagnosis.json").write_text(json.dumps(diagnosis()))  # only the set is made
+    hidden = bench_diagnosis.hidden_in(0, 1, _core)
+    row = bench_diagnosis.one_set(0, 1, True, folder, 1, 1.0, _core)
+    assert row["hidden"] == hidden and "failure" not in row
+    kinds = {run["kind"] for run in yaml_file.read(folder / "dataset.yaml")["runs"]}
+    assert {"rub", "drop"} <= kinds
+    assert not {schema["id"] for schema in _core.effect_catalogue() if schema["needs_contact"]} & set(hidden), "it has them anyway"
+    assert main(["bench-diagnosis", "--data", str(tmp_path), "--contact"]) != 0
+    assert "--contact" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("signum", [signal.SIGTERM, signal.SIGINT])

@@ -33,6 +33,7 @@ def add_arguments(parser) -> None:
     diagnose.add_time_limit(parser)
     parser.add_argument("--keep", metavar="DIR",
                         help="keep sets and diagnoses here; what is there already is not done again")
+    parser.add_argument("--contact", action="store_true", help="with rubs and drops in every set, also where no effect needs them")
     parser.add_argument("--data", metavar="DIR",
                         help="instead of our own: the data sets in this folder's folders that have a truth.yaml")
     parser.add_argument("--out", metavar="DIR", help="folder for the table (default: out/bench-diagnosis)")
@@ -243,14 +244,14 @@ def known_set(source: pathlib.Path, folder: pathlib.Path, threads: int, limit_s:
         return {**row, "failure": str(error)}
 
 
-def one_set(index: int, seed: int, folder: pathlib.Path, threads: int, limit_s: float, core) -> dict:
+def one_set(index: int, seed: int, contact: bool, folder: pathlib.Path, threads: int, limit_s: float, core) -> dict:
     """Makes and diagnoses a set, as far as that is not done yet."""
     hidden = hidden_in(index, seed, core)
     row = {"set": index, "hidden": hidden}
     try:
         made = _read(folder / "made.json")
         if made is None:
-            made = core.make_dataset(seed_of(seed, index), hidden, out=str(folder))
+            made = core.make_dataset(seed_of(seed, index), hidden, contact=contact, out=str(folder))
             _write(folder / "made.json", made)
         diagnosis = _read(folder / "diagnosis.json")
         if diagnosis is None:
@@ -297,6 +298,8 @@ def run(args) -> int:
     from amb_rotor import _core
     if args.sets < 1 or args.jobs < 1 or args.seed < 0:
         raise InputError("--sets and --jobs must be from 1, --seed from 0")
+    if args.data and args.contact:
+        raise InputError("--contact is of our own sets: those of --data are as they are")
     common.out_path(args, "bench", "diagnosis")
     if args.keep:
         common.require_folder(pathlib.Path(args.keep))
@@ -306,15 +309,16 @@ def run(args) -> int:
     with contextlib.ExitStack() as stack:
         keep = pathlib.Path(args.keep or stack.enter_context(tempfile.TemporaryDirectory()))
         keep.mkdir(parents=True, exist_ok=True)
-        note, what = keep / "bench.json", {"data": str(source)} if source else {"seed": args.seed}
+        own = {"seed": args.seed, **({"contact": True} if args.contact else {})}
+        note, what = keep / "bench.json", {"data": str(source)} if source else own
         known = _read(note)
         if known is not None and known != what:
-            raise InputError(f"{keep}: holds {' '.join(f'--{key} {value}' for key, value in known.items())}")
+            raise InputError(f"{keep}: holds {' '.join(f'--{key}' if value is True else f'--{key} {value}' for key, value in known.items())}")
         _write(note, what)
         if source:
             work = [(known_set, path, keep / path.name) for path in given]
         else:
-            work = [(one_set, i, args.seed, keep / f"set-{i:04d}") for i in range(args.sets)]
+            work = [(one_set, i, args.seed, args.contact, keep / f"set-{i:04d}") for i in range(args.sets)]
         pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(args.jobs))
         jobs = [pool.submit(*call, threads, args.time_limit, _core) for call in work]
         try:
