@@ -158,12 +158,11 @@ Trial Candidates::halfATurnOn(Trial trial, int iterations) const {
 
 Trial Candidates::onTheOtherSide(Trial trial, int iterations) const {
   if (!trial.fit.finite || trial.fit.squares < next_to_nothing * trial.fit.count) return trial;
-  const Settings found = trial.effects();
-  const auto placed = std::find_if(found.begin(), found.end(), [](const EffectSetting& e) { return signedSizeOf(e.id) >= 0; });
-  if (placed == found.end()) return trial;
-  Settings other = found;
-  EffectSetting& effect = other[static_cast<std::size_t>(placed - found.begin())];
-  effect.values[signedSizeOf(effect.id)] *= -1.0;
+  Settings other = trial.effects();
+  const int size = other.empty() ? -1 : signedSizeOf(other.back().id);
+  if (size < 0) return trial;
+  EffectSetting& effect = other.back();  // those before have had their turn
+  effect.values[size] *= -1.0;
   const Eigen::VectorXd believed = trial.space->start().head(trial.space->nuisances());
   for (const double z : belief_.rig.planes.amb) {
     if (limit_.isUp()) break;

@@ -325,6 +325,11 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   std::stable_sort(trials.begin(), trials.end(), order);
   double leader = -1e300;
   bool settled = false;  // whether the leader leaves nothing to be had
+  const auto maySettle = [&](const Trial& t) {
+    if (t.evidence > leader)
+      settled = needsContact(t.effect) ? leaders.through_contact || t.fit.squares < settled_square * t.fit.count : isSettledFree(t, references);
+    leader = std::max(leader, t.evidence);
+  };
   const auto goOn = [&](Trial& t, FitEffort effort) {
     const int rounds = effort.first_look ? most_sparse_rounds : most_rounds;
     for (int round = 0; round < rounds && !limit_.isUp(); ++round) {
@@ -342,9 +347,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       if (gained < std::max(0.5, small_gain * t.evidence) ||
           (t.evidence < leader && (settled ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
     }
-    if (t.evidence > leader)
-      settled = needsContact(t.effect) ? leaders.through_contact || t.fit.squares < settled_square * t.fit.count : isSettledFree(t, references);
-    leader = std::max(leader, t.evidence);
+    maySettle(t);
   };
   int finished = 0;
   for (auto& t : trials) {
@@ -371,6 +374,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     if (!contact && t.usable() && t.evidence >= in_reach * leader) {
       t = onTheOtherSide(std::move(t), climbing_iterations);
       value(t, references);
+      maySettle(t);
     }
   }
   std::stable_sort(trials.begin(), trials.end(), order);

@@ -114,7 +114,7 @@ bool Diagnoser::structured() const {
 /// How near the runs to validate come within what the runs to fit leave open of the model's numbers, where that is below an error: they may
 /// tell of a number more closely, a drop that whirls of a stiffness, and what is off by that is no structure. None: they do not.
 std::optional<LeftOpen> Diagnoser::leftOpen(Through through, double error) const {
-  if (adopted_.empty() || hurried()) return {};
+  if (adopted_.empty() || candidates_.limit().isLongUp()) return {};
   const LeftOpen open = candidates_.leftOpen(joint_, through);
   if (!(open.error < error && open.byChance())) return {};
   return open;

@@ -152,7 +152,7 @@ LoopReading readLoop(const std::vector<Recording>& recordings, const Model& beli
     if (!rec.run.events.empty()) continue;
     Of& of = firstExcited(rec) < rec.samples ? excited : other;
     for (const double offset : reading.offset_m) of.offsets.push_back(std::fabs(offset));
-    // beside an offset they are told ten times less closely, without one an offset of the recording is one of them
+    // beside an offset noise is many times as large in them; without one an offset of the recording is taken for them
     of.integrals.push_back(reading.integral_A.cwiseAbs().cwiseMin(reading.loop_integral_A.cwiseAbs()).maxCoeff());
   }
   const auto& [offsets, integrals] = other.offsets.empty() ? excited : other;

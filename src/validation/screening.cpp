@@ -196,12 +196,9 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     progress(each * trials.size(), name);
     return candidates.look(name, standing.adopted, references, at, seen);
   };
-  std::size_t leader = 0;
   for (const std::string& name : free) {
-    const double before = leaders.free;
     trials.push_back(look(name, leaders, nullptr));
     leaders.add(trials.back(), references);
-    if (leaders.free > before) leader = trials.size() - 1;
   }
   if (standing.stand_in && leaders.noneNear(references)) {  // fits of wrong ones beside wrong ones take the longest
     // the best, and the one of which most is foreseen: what is far from linear has hardly begun
@@ -210,7 +207,6 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     for (std::size_t i = 0; i < trials.size() && leaders.noneNear(references); ++i) {
       if (!trials[i].usable() || (i > 0 && trials[i].effect != most_promised)) continue;
       leaders.add(trials[i] = goneOn(candidates, std::move(trials[i]), references), references);
-      leader = i;
     }
     out.none_near = leaders.noneNear(references);
     if (out.none_near) return out;
@@ -218,8 +214,10 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
   if (!contact.empty() && !references.through_contact && !leaders.waits(references)) candidates.referThroughContact(references);
   // what shows little without contact may be what is off there: a damping that turns with the rotor, where no bearing holds it
   const bool may_explain = candidates.haveContact() && !contact.empty() && leaders.free > std::max(least_evidence, references.worth);
-  if (may_explain && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references))
-    leaders.explains_contact = candidates.explainsContact(trials[leader], references);
+  if (may_explain && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references)) {
+    const auto less = [](const Trial& a, const Trial& b) { return (a.usable() ? a.evidence : -1e300) < (b.usable() ? b.evidence : -1e300); };
+    leaders.explains_contact = candidates.explainsContact(*std::max_element(trials.begin(), trials.end(), less), references);
+  }
   progress(each * trials.size(), "a glance at each through contact");
   std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);
   const bool windows_grow = references.through_contact && !leaders.settles(references) && isAstray(references.sparse);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "../../src/validation/screening.hpp"
 #include "../support/made_sets.hpp"
@@ -131,6 +132,27 @@ TEST(ScreeningLooks, ContactTellsWhatTheRunsWithoutLeaveOpenOfGains) {
   beside.candidates.referThroughContact(beside.references);
   gains.fit.x += 12.0 / deviation * gains.fit.covariance.col(first);
   EXPECT_TRUE(beside.candidates.explainsContact(gains, beside.references));
+}
+
+/// A reference that a motor's pull has led to another Ki and mass has the first look begin on the wrong side.
+TEST(ScreeningLooks, APullIsFoundOnTheSideWhereItIs) {
+  const MadeSet& set = madeSet(2400082, "motor_magnetic_pull", 0.0, true, {"chirp_1", "chirp_2", "chirp_3", "steady_2", "step_1", "step_2"});
+  const double truth = set.truth().effects.at(0).values[0];
+  Beside beside(set);
+  const Trial found = trialOf(beside.screened({"motor_magnetic_pull"}, false, false), "motor_magnetic_pull");
+  EXPECT_NEAR(found.effects()[0].values[0], truth, 0.02 * std::fabs(truth));
+}
+
+/// A damping that turns with the rotor changes little while the bearings hold it, and much of what a rotor does that has been dropped.
+TEST(ScreeningLooks, WhatShowsLittleWithoutContactAndExplainsItComesBeforeARing) {
+  Beside beside(madeSet(59, "internal_damping", 0.4, true, {"steady_2", "drop_1", "drop_2", "rub_1", "steady_4"}));
+  const Screening seen = beside.screened({"internal_damping", "inner_ring_spin"}, false, false);
+  const Trial& damping = trialOf(seen, "internal_damping");
+  ASSERT_GT(damping.evidence, beside.references.worth);
+  ASSERT_LT(damping.evidence, 900.0) << "it is beyond doubt without contact, and this shows nothing";
+  EXPECT_GT(beside.references.contact.fit.squares, 1.25 * beside.references.contact.fit.count);
+  EXPECT_TRUE(seen.contact_waited);
+  EXPECT_FALSE(trialOf(seen, "inner_ring_spin").usable());
 }
 
 }  // namespace
