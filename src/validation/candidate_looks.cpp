@@ -324,11 +324,18 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
   const auto order = [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; };
   std::stable_sort(trials.begin(), trials.end(), order);
   double leader = -1e300;
-  bool settled = false;  // whether the leader leaves nothing to be had
+  bool settled = false;   // whether the leader leaves nothing to be had
+  bool at_noise = false;  // whether it is at the noise, and not only at what may be the floor of a noisy loop
   const auto maySettle = [&](const Trial& t) {
-    if (t.evidence > leader)
-      settled = needsContact(t.effect) ? leaders.through_contact || t.fit.squares < settled_square * t.fit.count : isSettledFree(t, references);
-    leader = std::max(leader, t.evidence);
+    if (t.evidence <= leader) return;
+    leader = t.evidence;
+    at_noise = t.fit.squares < settled_square * t.fit.count;
+    settled = needsContact(t.effect) ? leaders.through_contact || at_noise : isSettledFree(t, references);
+  };
+  // one that promises as much as a leader has that may be a stand-in, and had two iterations: a lag stood in for eddy currents so
+  const auto mayPass = [&](const Trial& t) {
+    const auto promise = references.promises.find(t.effect);
+    return !at_noise && !needsContact(t.effect) && promise != references.promises.end() && promise->second.evidence > near * leader;
   };
   const auto goOn = [&](Trial& t, FitEffort effort) {
     const int rounds = effort.first_look ? most_sparse_rounds : most_rounds;
@@ -345,7 +352,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
       const double gained = t.evidence - was;
       // at this pace it would not come near the leader
       if (gained < std::max(0.5, small_gain * t.evidence) ||
-          (t.evidence < leader && (settled ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
+          (t.evidence < leader && (settled && !mayPass(t) ? settled_pace : hopeless_pace) * gained < leader - t.evidence)) break;
     }
     maySettle(t);
   };
@@ -354,7 +361,7 @@ void Candidates::finish(std::vector<Trial>& trials, const References& references
     // those that may still become the best: the first few, and whatever comes near them
     if (!t.usable() || finished >= finalists || t.evidence < hopeless) break;
     if (isNested(t.effect) && !needsContact(t.effect) && t.evidence < far_from_worth * references.worth) continue;
-    if (settled && leader > beyond_doubt && t.evidence < in_reach * leader) continue;
+    if (settled && leader > beyond_doubt && t.evidence < in_reach * leader && !mayPass(t)) continue;
     if (needsContact(t.effect) && (leaders.beyondContact(references) || isBeaten(t, references, leaders, trials))) continue;
     ++finished;
     tell(t.effect);

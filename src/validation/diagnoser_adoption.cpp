@@ -31,7 +31,9 @@ constexpr double worth_a_look = 0.002, worth_a_place = 0.0012;
 constexpr double before_a_law = 0.5;
 /// Deviations of the beliefs along a valley that runs do not tell from which on a way back is worth a fit.
 constexpr double worth_a_way = 0.3;
-/// Mean square of a run through contact, over what the runs without leave, from which on effects that show there are looked at.
+/// Mean square of a run through contact, over what the runs without leave, from which on all effects that show there are looked at: a
+/// mount or a ring takes the longest. The others are looked at below that, too: windows with free starts take the noise of the loop away,
+/// and nobody knows how far below it a run is left by the right model.
 constexpr double more_through_contact = 1.015;
 
 bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.id); }
@@ -51,10 +53,16 @@ bool bringsHome(const Trial& was, const CandidateErrors& was_errors, const Trial
   return sparesBelief({deviationsOfMimic(was, effect), was_errors}, {deviationsOfMimic(is, effect), errors});
 }
 
+/// Whether looks at it take minutes.
+bool takesLong(const std::string& name) {
+  const EffectSchema& schema = *effectCatalogue().find(name);
+  return schema.slow_to_predict || schema.lasting;
+}
+
 }  // namespace
 
 bool Diagnoser::earns(const Trial& trial) const {
-  const bool at_floor = !adopted_.empty() && cleanWithoutContact() && !needsContact(trial.effect);
+  const bool at_floor = !adopted_.empty() && (needsContact(trial.effect) ? clean() : cleanWithoutContact());
   const double least = at_floor ? worth_a_place * trial.fit.count : least_evidence;
   return trial.usable() && trial.evidence >= std::max(least_evidence, least) &&
          (bornOut(errors_, trial.errors, adopted_.empty()) || bringsHome(joint_, errors_, trial, trial.errors, trial.effect));
@@ -212,11 +220,13 @@ bool Diagnoser::isMoreForeseen() {
   const std::map<std::string, Promise>& promises = references_.promises;
   const FitResult& free = references_.free.fit;
   const double floor = std::max(1.0, free.squares / std::max(1.0, free.count));
-  const bool contact = throughAll() && candidates_.worstThroughContact(joint_) > more_through_contact * floor;
+  const bool off = throughAll() && candidates_.worstThroughContact(joint_) > more_through_contact * floor;
   names_.clear();
   for (const std::string& name : rest) {
     const auto promise = promises.find(name);
-    if (needsContact(name) ? contact : promise != promises.end() && promise->second.evidence > worth_a_look * free.count) names_.push_back(name);
+    const bool looked_at = needsContact(name) ? throughAll() && (off || !takesLong(name))
+                                              : promise != promises.end() && promise->second.evidence > worth_a_look * free.count;
+    if (looked_at) names_.push_back(name);
   }
   if (names_.empty()) return false;
   candidates_.referThroughContact(references_);
