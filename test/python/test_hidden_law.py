@@ -29,6 +29,7 @@ def test_a_law_is_asked_for_where_two_effects_leave_little(tmp_path):
     assert abs(term["coefficient"] + 5602.78) < 3 * term["std"]  # amount of the truth.yaml, N s2/m2
 
 
+@pytest.mark.long
 def test_a_law_that_is_at_large_in_contact_is_sought_without(tmp_path):
     """Quadratic damping that makes 1.2 times the noise without contact and 12 with it. A delay takes nine tenths of that without, and
     so came before the law; a delay and a lag together take nearly all, and must leave less than the law to take its place."""

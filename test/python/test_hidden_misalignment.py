@@ -41,6 +41,7 @@ def of_little(tmp_path_factory):
     return _core.diagnose(dataset.belief, dataset, candidates=["shaft_bow", "auxiliary_bearing_misalignment"])[0]
 
 
+@pytest.mark.long
 @pytest.mark.timeout(600)
 def test_a_little_is_looked_for_though_the_error_of_all_runs_is_near_the_noise(of_little):
     bow = of_little["steps"][0]
@@ -49,6 +50,7 @@ def test_a_little_is_looked_for_though_the_error_of_all_runs_is_near_the_noise(o
     assert [step["added"] for step in of_little["steps"][1:]] == ["auxiliary_bearing_misalignment"]
 
 
+@pytest.mark.long
 def test_a_little_is_measured(of_little):
     for name, true in LITTLE.items():
         found = of_little["steps"][1]["parameters"][name]

@@ -135,6 +135,7 @@ TEST(FrictionHills, AFitThatBeganOverAnotherFallIsLedBack) {
 
 /// At the slips of the runs, 2.9 and 8.9 m/s, a coefficient at rest of 0.6 and one of 0.05 that falls over ten times the speed agree.
 TEST(FrictionHills, ALawIsStatedNoCloserThanOnesThatActAlikeAreApart) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const MadeSet& set = madeSet(1500066, "velocity_dependent_friction", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
   const ThroughContact begun{set};
   const EffectSetting slower = {"velocity_dependent_friction", {0.05, 0.022, 11.0}};

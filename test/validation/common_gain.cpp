@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "../support/long_tests.hpp"
 #include "../support/models.hpp"
 #include "amb_rotor/validation/diagnosis.hpp"
 #include "amb_rotor/validation/make_dataset.hpp"
@@ -85,6 +86,7 @@ TEST(CommonGain, ACovarianceIsWidenedToADeviationOnce) {
 
 /// Gains beside a current limit, on a rig without weight: derivatives by differences held the fit far off, and stated it far too closely.
 TEST(CommonGain, ADiagnosisStatesWhatTheBeliefsLeaveOpen) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("amb_rotor_common_gain_" + std::to_string(::getpid()));
   const MadeDataset made = makeDataset({1100116, {"sensor_gain_error", "current_saturation"}, 4.7, false, folder.string(),
                                         {"chirp_1", "steady_2", "step_1", "steady_4", "step_2"}});

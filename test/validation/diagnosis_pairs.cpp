@@ -181,6 +181,7 @@ Diagnosis expectBothFound(const std::string& one, const std::string& other, std:
 
 /// Beside the belief the iron's law takes more than the limit that is there, and beside a delay first order tells nothing of a limit.
 TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimit) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   DiagnosisOptions options;
   options.candidates = {"current_saturation", "magnetic_nonlinearity", "control_delay", "amplifier_lag"};
   const Diagnosis found = expectBothFound("current_saturation", "control_delay", 1200118,
@@ -191,6 +192,7 @@ TEST(DiagnosisPairsTest, AnEarlierOneGivesWayToALimit) {
 /// With the delay's numbers of the rig the rotor does not levitate without the iron's law: that says nothing of its being needless. Beside
 /// a delay the iron that saturates does as well, and needs no bias current, gap and Ki that are far from what is believed.
 TEST(DiagnosisPairsTest, WhatTheRotorNeedsToLevitateIsNotNeedless) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   DiagnosisOptions options;
   options.candidates = {"magnetic_saturation", "magnetic_nonlinearity", "control_delay"};
   const Diagnosis found = expectBothFound("magnetic_saturation", "control_delay", 5,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "../support/long_tests.hpp"
 #include "../support/through_contact.hpp"
 
 namespace amb_rotor {
@@ -31,6 +32,7 @@ struct Ring {
 
 // In which hollow a fit ends hangs on the last digits of its sums: of several rings one at least is in one.
 TEST(RoughValleys, ARingInAHollowIsNotStatedCloserThanHollowsAreDeep) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   int in_hollows = 0;
   for (const std::uint64_t seed : {4300145, 4300154, 4300158}) {
     const Ring ring(seed);

@@ -81,6 +81,7 @@ bool foreseen(const Law& law, double strength) {
 class UnexplainedLawTest : public testing::TestWithParam<Law> {};
 
 TEST_P(UnexplainedLawTest, ItsQuantitiesAreNamed) {
+  if (std::string(GetParam().id) == "test_three_lobes") AMB_ROTOR_SKIP_UNLESS_LONG();
   const Unexplained found = searched(GetParam(), plain_strength, LawEffort::whole);
   std::vector<std::string> wanted = GetParam().depends_on;
   std::sort(wanted.begin(), wanted.end());
@@ -160,20 +161,26 @@ TEST(UnexplainedLaw, AWideStepOfTheCurrentIsFoundWithItsWidth) {
 }
 
 /// A drag and a spring beside the middle. The plane is found to 1 mm: it is told by what tilts the rotor, some hundredths of the
-/// force times 0.1 m, while mass and Ki are free. Both are among the terms of a law, so that nothing is left; the coefficient is that
+/// force times 0.1 m, while mass and Ki are free. All are among the terms of a law, so that nothing is left; the coefficient is that
 /// of the generator's truth.
+void expectItsPlaneIsFound(const Law& law) {
+  const Unexplained found = searched(law, plain_strength, LawEffort::plain);
+  expectThatTerm(law, found);
+  ASSERT_TRUE(found.plane_z_m) << found.shape;
+  EXPECT_NEAR(*found.plane_z_m, *law.plane_z_m, 1e-3);
+  EXPECT_NEAR(*found.plane_z_m, *law.plane_z_m, 3.0 * found.plane_std_m);
+}
+
 TEST(UnexplainedLaw, AForceAtOnePlaneIsFoundThere) {
-  const Law drag = {"test_plane_drag", 600.0, "-c * hypot(vx, vy) * vx", "-c * hypot(vx, vy) * vy", {"velocity"}, -0.021};
+  expectItsPlaneIsFound({"test_plane_drag", 600.0, "-c * hypot(vx, vy) * vx", "-c * hypot(vx, vy) * vy", {"velocity"}, -0.021});
+}
+
+TEST(UnexplainedLaw, SoAreASpringAtOnePlaneAndADampingBesideABearing) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const Law spring = {"test_plane_spring", 4e13, "-c * (x^2 + y^2) * x", "-c * (x^2 + y^2) * y", {"position"}, 0.03};
   // next to bearing a: there a term and its like of the other sign do the same, and an effect of the catalogue makes the latter
   const Law beside_a = {"test_plane_beside_a", 1.0, "-c * abs(speed) * vx", "-c * abs(speed) * vy", {"velocity", "spin speed"}, -0.114};
-  for (const Law& law : {drag, spring, beside_a}) {
-    const Unexplained found = searched(law, plain_strength, LawEffort::plain);
-    expectThatTerm(law, found);
-    ASSERT_TRUE(found.plane_z_m) << found.shape;
-    EXPECT_NEAR(*found.plane_z_m, *law.plane_z_m, 1e-3);
-    EXPECT_NEAR(*found.plane_z_m, *law.plane_z_m, 3.0 * found.plane_std_m);
-  }
+  for (const Law& law : {spring, beside_a}) expectItsPlaneIsFound(law);
 }
 
 TEST(UnexplainedLaw, OneThatBendsTheMotionIsToldFromItsRelatives) {
