@@ -23,8 +23,25 @@ constexpr int start_stride = 12;
 constexpr std::size_t told_by_all = 3;
 /// Without contact one start is enough where its gain is so many times the next one's.
 constexpr double clearly_better = 2.0;
+/// Deviations below its belief from which on a rotor's mass may stand in for a stator that moves.
+constexpr double light_rotor = 5.0;
 /// Times what the reference leaves beyond which the best start of an effect is not followed where the reference is next to the floor.
 constexpr double from_afar = 2.0;
+
+/// Whether the rotor's mass is so far below its belief.
+bool massStandsIn(const FitSpace& space, const Eigen::VectorXd& x) {
+  const std::vector<int> far = space.farFromBelief(x, light_rotor);
+  return std::any_of(far.begin(), far.end(), [&](int k) {
+    const Coordinate& c = space.coordinates()[k];
+    return c.name == "rotor.mass_kg" && x[k] < c.prior_mean;
+  });
+}
+
+/// A scan of a stator's frequency, each with the mass that the rotor's has stood in for: what that takes is no matter of small sizes.
+std::vector<Settings> withTheMassThatIsMissed(std::vector<Settings> starts, double believed_kg, double stood_kg) {
+  for (Settings& start : starts) start.back().values[0] = movingStatorMass(believed_kg, stood_kg);
+  return starts;
+}
 
 }  // namespace
 
@@ -45,7 +62,7 @@ Candidates::Starts Candidates::startsOf(const std::string& effect, const Setting
   Eigen::VectorXd back = out.nuisances[0];
   const bool far = returnToBelief(*reference.space, back);
   const std::string& mimic = effectCatalogue().find(effect)->mimic;
-  if (!mimic.empty()) {
+  if (startsAreAScan(effect) ? massStandsIn(*reference.space, reference.fit.x) : !mimic.empty()) {
     for (long k = 0; k < back.size(); ++k)
       if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
     if (needsContact(effect)) out.nuisances.clear();
@@ -63,7 +80,7 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
   std::vector<std::size_t> order(starts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::size_t followed = starts.size();
-  const bool mimicked = !effectCatalogue().find(starts[0].back().id)->mimic.empty();
+  const bool mimicked = !effectCatalogue().find(starts[0].back().id)->mimic.empty() && nuisances.size() > 1;
   Settings at_belief = starts[0];
   const auto known = references.promises.find(starts[0].back().id);
   const bool promised = known != references.promises.end();
@@ -92,11 +109,14 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
     }
     double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
     if (mimicked) {  // where what stands in for the effect is as believed, another size of it does best
-      const auto others = gainsOf(belief_, starts, nuisances[1], references);
+      const bool sized = startsAreAScan(starts[0].back().id);
+      const auto mass = [](const Trial& of) { return of.space->model(of.fit.x).rig.rotor.mass_kg; };
+      const std::vector<Settings> there = sized ? withTheMassThatIsMissed(starts, belief_.rig.rotor.mass_kg, mass(references.free)) : starts;
+      const auto others = gainsOf(belief_, there, nuisances[1], references);
       const auto best = std::max_element(others.begin(), others.end(), [](const StartGain& a, const StartGain& b) { return a.gain < b.gain; });
       foreseen = std::max(foreseen, best->gain);
-      at_belief = starts[best - others.begin()];
-      scaleStart(at_belief.back(), best->share);
+      at_belief = there[best - others.begin()];
+      if (!sized) scaleStart(at_belief.back(), best->share);
     }
     serious = !(foreseen > 0.0) || mayComeNear(foreseen);
     if (!serious && leaders.only_serious) return {};

@@ -17,8 +17,8 @@ constexpr double most_of_fit = 2.0 / 3.0, plain_in_fit = 0.02, agreeing_drop = 0
 /// missing takes most of what is above it.
 constexpr double least_further_contact_share = 0.4;
 /// Offsets in the loop stand for a force where they lie so many deviations from the belief, and the force takes that below this
-/// share while the runs to validate stay as near.
-constexpr double far_offsets = 3.0, near_offsets = 0.7, as_near = 1.002;
+/// share while the runs to validate stay as near. The four offsets that a rig's runs share lie as far by chance in one of 1400 (chi2).
+constexpr double far_offsets = 2.2, near_offsets = 0.7, as_near = 1.002;
 
 /// A constant force and an offset that the controller takes for the position differ by next to nothing but what is believed of
 /// the offset: each run's own makes up for the force, and the error stays.

@@ -136,6 +136,8 @@ std::vector<double> shapesOfBeam(const Model& belief) {
   return out;
 }
 
+double movingStatorMass(double believed_kg, double stood_kg) { return believed_kg * stood_kg / (believed_kg - stood_kg); }
+
 bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
 
 double usableShare(const std::string& effect, double share) {

@@ -12,12 +12,14 @@ namespace amb_rotor::effects {
 
 struct FoundationResonance {
   static EffectSchema schema() {
-    return {"foundation_resonance", "the stator stands on a flexible foundation",
-            "chirp or run-up through the foundation's frequency",
-            {parameter("mass_kg", "kg", 1e-3, 1e6, 30.0, 1e6, "moving with the stator"),
-             parameter("frequency_hz", "Hz", 0.5, 5e3, 50.0, 50.0, "undamped, rotor locked away"),
-             parameter("damping_ratio", "1", 0.0, 2.0, 0.03, 0.03, "of critical")},
-            false};
+    EffectSchema schema = {"foundation_resonance", "the stator stands on a flexible foundation",
+                           "chirp or run-up through the foundation's frequency",
+                           {parameter("mass_kg", "kg", 1e-3, 1e6, 30.0, 1e6, "moving with the stator"),
+                            parameter("frequency_hz", "Hz", 0.5, 5e3, 50.0, 50.0, "undamped, rotor locked away"),
+                            parameter("damping_ratio", "1", 0.0, 2.0, 0.03, 0.03, "of critical")},
+                           false};
+    schema.mimic = "rotor.mass_kg";  // far above it the rotor moves against the stator as if it were m M/(m + M)
+    return schema;
   }
 
   template <class S>

@@ -29,6 +29,10 @@ std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 /// the ends, below 0 in the middle; at the planes of shaft_flexibility, in the order of its parameters.
 std::vector<double> shapesOfBeam(const Model& belief);
 
+/// The mass M of a stator that moves, far above its resonance, against a rotor of mass m as if that had a mass mu below m:
+/// mu = m M/(m + M).
+double movingStatorMass(double believed_kg, double stood_kg);
+
 /// Whether an effect's starts lie side by side along one parameter, rising, as in a scan.
 bool startsAreAScan(const std::string& effect);
 
