@@ -171,7 +171,9 @@ void Leaders::add(const Trial& trial, const References& references) {
     return;
   }
   if (trial.evidence > plain_evidence) short_level = std::min(short_level, trial.short_level > 0.0 ? trial.short_level : trial.level());
-  if (trial.evidence > plain_evidence && Misfit(trial, references).leavesNothing()) through_contact = true;
+  // one that has to bend a belief for it may be a stand-in: a mount in series with a contact that is too hard, for Hertz's law
+  const bool bends = !trial.space->farFromBelief(trial.fit.x, far_by_chance).empty();
+  if (trial.evidence > plain_evidence && !bends && Misfit(trial, references).leavesNothing()) through_contact = true;
 }
 
 bool Leaders::mayBeRight(double at_short_windows, const References& references) const {
