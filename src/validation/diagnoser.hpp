@@ -107,6 +107,7 @@ class Diagnoser {
   bool referred_ = false;   ///< whether references_ are of that model
   CandidateErrors errors_;  ///< its
   bool contact_waited_ = false;  ///< in the last screening
+  std::string explains_contact_;  ///< in the last screening
   bool none_near_ = false;       ///< the same
 };
 

@@ -69,8 +69,10 @@ bool Diagnoser::earns(const Trial& trial) const {
 }
 
 /// Whether a look has brought the windows that it took down from far above the noise to next to it: fitted to some windows, an
-/// effect may still be too far off for those of the runs to validate.
+/// effect may still be too far off for those of the runs to validate. Or whether it takes most of what is off through contact, though it
+/// hardly shows without: a current limit that no other run reaches.
 bool Diagnoser::promises(const Trial& trial) const {
+  if (trial.usable() && trial.effect == explains_contact_) return trial.evidence >= least_evidence;
   return trial.usable() && needsContact(trial.effect) && trial.evidence >= plain_promise && isAstray(references_.of(trial)) &&
          !isAstray(trial);
 }

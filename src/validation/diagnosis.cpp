@@ -72,6 +72,7 @@ std::vector<Trial> Diagnoser::screen(double from, double to, bool contact_may_wa
     progress(from + share * (to - from), what);
   });
   contact_waited_ = out.contact_waited;
+  explains_contact_ = out.explains_contact;
   none_near_ = out.none_near;
   return std::move(out.trials);
 }

@@ -213,10 +213,12 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
   }
   if (!contact.empty() && !references.through_contact && !leaders.waits(references)) candidates.referThroughContact(references);
   // what shows little without contact may be what is off there: a damping that turns with the rotor, where no bearing holds it
-  const bool may_explain = candidates.haveContact() && !contact.empty() && leaders.free > std::max(least_evidence, references.worth);
+  const bool may_explain = candidates.haveContact() && !contact.empty() && leaders.free > least_evidence;
   if (may_explain && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references)) {
     const auto less = [](const Trial& a, const Trial& b) { return (a.usable() ? a.evidence : -1e300) < (b.usable() ? b.evidence : -1e300); };
-    leaders.explains_contact = candidates.explainsContact(*std::max_element(trials.begin(), trials.end(), less), references);
+    const Trial& leader = *std::max_element(trials.begin(), trials.end(), less);
+    leaders.explains_contact = candidates.explainsContact(leader, references);
+    if (leaders.explains_contact) out.explains_contact = leader.effect;
   }
   progress(each * trials.size(), "a glance at each through contact");
   std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);

@@ -35,6 +35,22 @@ TEST(Saturations, OfTheCurrentIsFoundWhereALimitTooLowLosesTheRotor) {
   EXPECT_LT(std::fabs(limit.value - set.made.truth.effects.at(0).values[0]), 3.0 * limit.std);
 }
 
+/// Without contact it has an evidence of some tens, less than what earns a place there; rubs are left tens of times the noise without it.
+TEST(Saturations, OfTheCurrentThatContactAloneReachesIsFoundByThat) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  const MadeSet& set = madeSet(2500089, "current_saturation", 0.0, true);
+  DiagnosisOptions options;
+  options.candidates = {"current_saturation", "velocity_dependent_friction"};
+  const Diagnosis diagnosis = diagnose(set.dataset.belief, set.dataset, options);
+  EXPECT_LT(diagnosis.baseline.validation_error_free, 1.0) << "it shows there, and this is another case";
+  EXPECT_GT(diagnosis.baseline.validation_error_contact, 10.0);
+  ASSERT_EQ(diagnosis.steps.size(), 1u);
+  EXPECT_EQ(diagnosis.steps[0].added, "current_saturation");
+  const auto& limit = diagnosis.steps[0].parameters.at(0);
+  EXPECT_LT(std::fabs(limit.value - set.made.truth.effects.at(0).values[0]), 3.0 * limit.std);
+  EXPECT_LT(diagnosis.steps[0].errors.validation_error_contact, 1.0);
+}
+
 /// Ki is 6 % below its belief: where it is as believed, a knee at the bias flux stands in for what is missing, and no fit comes back from
 /// there.
 TEST(Saturations, AKneeIsFoundWhereKiIsNotAsBelieved) {
