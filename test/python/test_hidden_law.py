@@ -16,6 +16,7 @@ from independent_sets import independent_set
 SEED = 4100153
 
 
+@pytest.mark.long
 def test_a_law_is_asked_for_where_two_effects_leave_little(tmp_path):
     made = _core.make_dataset(SEED, ["quadratic_damping"], out=str(tmp_path))
     assert made["law"] == "quadratic_damping" and made["depends_on"] == ["velocity"]

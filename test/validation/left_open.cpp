@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../../src/validation/candidates.hpp"
+#include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
 
 namespace amb_rotor {
@@ -39,6 +40,7 @@ class LeftOpenTest : public ::testing::Test {
 };
 
 TEST_F(LeftOpenTest, WhatMovesWithinItsDeviationsReachesTheRunsToValidate) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const Trial off = stated(stiffer, 0.2);
   const double floor = errorOf(all().found);
   ASSERT_GT(errorOf(off), 1.5 * floor) << "it makes no difference, and this shows nothing";

@@ -27,6 +27,7 @@ class LengthenedWindows : public ::testing::Test {
 };
 
 TEST_F(LengthenedWindows, LeadToABearingThatIsFarAside) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const FitEffort look = {Through::contact, 12, false, true};
   const Eigen::VectorXd own = references.contact.nuisance();
   const Trial astray = candidates.fit({{misaligned, {0.0, 0.0, 0.0, 0.0}}}, &own, references.contact.local, look, &references.prior);

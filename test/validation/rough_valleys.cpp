@@ -44,6 +44,7 @@ TEST(RoughValleys, ARingInAHollowIsNotStatedCloserThanHollowsAreDeep) {
 }
 
 TEST(RoughValleys, WhereChi2IsSmoothTheCovarianceStays) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   int smooth = 0;
   for (const std::uint64_t seed : {4300150, 4300160}) {
     const Ring ring(seed);

@@ -12,6 +12,7 @@ namespace {
 
 /// A knee next to the bias flux takes more than half of Ki; the belief's, pulled far by what is missing, stands in for it.
 TEST(Saturations, OfTheIronIsToldFromAForceThatIsNotLinear) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const MadeSet& set = madeSet(700077, "magnetic_saturation", 0.0, false);
   const double knee_T = set.made.truth.effects.at(0).values[0];
   ASSERT_LT(knee_T, 1.06 * set.dataset.belief.rig.amb.bias_flux_density_T) << "the case is another one";

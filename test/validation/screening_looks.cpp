@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../../src/validation/screening.hpp"
+#include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 
@@ -103,6 +104,7 @@ TEST(ScreeningLooks, TheRightOneComesNearThoughItsFirstLookDoesNot) {
 }
 
 TEST(ScreeningLooks, WhatIsThereThroughContactIsFittedWhenItIsAskedFor) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   Beside beside(madeSet(2700099, "auxiliary_bearing_misalignment", 0.0, true, {"chirp_1", "rub_1", "drop_1", "chirp_4", "rub_2"}));
   EXPECT_FALSE(beside.references.through_contact);
   beside.screened({"static_load"}, true, false);

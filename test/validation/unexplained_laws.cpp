@@ -104,6 +104,7 @@ void expectThatTerm(const Law& law, const Unexplained& found) {
 
 /// What resists the tilt: both are among the terms of a law of the tilt, so that nothing is left.
 TEST(UnexplainedLaw, ACoupleAgainstTheTiltIsFound) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const Law spring = {"test_tilt_cube", 1e14, "-c * (x^2 + y^2) * x", "-c * (x^2 + y^2) * y", {"position"}, {}, "tilt"};
   const Law drag = {"test_tilt_drag", 1e3, "-c * hypot(vx, vy) * vx", "-c * hypot(vx, vy) * vy", {"velocity"}, {}, "tilt"};
   for (const Law& law : {spring, drag}) {
@@ -117,6 +118,7 @@ TEST(UnexplainedLaw, ACoupleAgainstTheTiltIsFound) {
 /// A dead zone and a third power in the signals of all sensors: both are among the terms, so that nothing is left; the width over which
 /// the dead zone is rounded off is found along with it.
 TEST(UnexplainedLaw, SensorsThatAreNotLinearAreFound) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
   const Law dead_zone = {"test_dead_zone", 2e-6, "-c * tanh(x / 7e-6)", "-c * tanh(y / 7e-6)", {"position"}, {}, "sensors"};
   const Law cube = {"test_signal_cube", 3e7, "-c * x^3", "-c * y^3", {"position"}, {}, "sensors"};
   for (const Law& law : {dead_zone, cube}) {
