@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/starts.hpp"
 #include "candidates.hpp"
 #include "foreseen.hpp"
@@ -23,24 +24,14 @@ constexpr int start_stride = 12;
 constexpr std::size_t told_by_all = 3;
 /// Without contact one start is enough where its gain is so many times the next one's.
 constexpr double clearly_better = 2.0;
-/// Deviations below its belief from which on a rotor's mass may stand in for a stator that moves.
-constexpr double light_rotor = 5.0;
 /// Times what the reference leaves beyond which the best start of an effect is not followed where the reference is next to the floor.
 constexpr double from_afar = 2.0;
 
-/// Whether the rotor's mass is so far below its belief.
-bool massStandsIn(const FitSpace& space, const Eigen::VectorXd& x) {
-  const std::vector<int> far = space.farFromBelief(x, light_rotor);
-  return std::any_of(far.begin(), far.end(), [&](int k) {
-    const Coordinate& c = space.coordinates()[k];
-    return c.name == "rotor.mass_kg" && x[k] < c.prior_mean;
-  });
-}
-
-/// A scan of a stator's frequency, each with the mass that the rotor's has stood in for: what that takes is no matter of small sizes.
-std::vector<Settings> withTheMassThatIsMissed(std::vector<Settings> starts, double believed_kg, double stood_kg) {
-  for (Settings& start : starts) start.back().values[0] = movingStatorMass(believed_kg, stood_kg);
-  return starts;
+/// Whether a nuisance lies so far below its belief that it may stand in for an effect.
+bool isTakenForLess(const FitSpace& space, const Eigen::VectorXd& x, int nuisance) {
+  if (nuisance < 0) return false;
+  const Coordinate& c = space.coordinates()[nuisance];
+  return x[nuisance] < c.prior_mean - far_by_chance * c.prior_std;
 }
 
 }  // namespace
@@ -62,9 +53,9 @@ Candidates::Starts Candidates::startsOf(const std::string& effect, const Setting
   Eigen::VectorXd back = out.nuisances[0];
   const bool far = returnToBelief(*reference.space, back);
   const std::string& mimic = effectCatalogue().find(effect)->mimic;
-  if (startsAreAScan(effect) ? massStandsIn(*reference.space, reference.fit.x) : !mimic.empty()) {
-    for (long k = 0; k < back.size(); ++k)
-      if (reference.space->coordinates()[k].name == mimic) back[k] = reference.space->coordinates()[k].prior_mean;
+  const int stand_in = reference.space->nuisanceNamed(mimic);
+  if (isSizedByWhatStoodIn(effect) ? isTakenForLess(*reference.space, reference.fit.x, stand_in) : !mimic.empty()) {
+    if (stand_in >= 0) back[stand_in] = reference.space->coordinates()[stand_in].prior_mean;
     if (needsContact(effect)) out.nuisances.clear();
     out.nuisances.push_back(back);
   } else if (far) {
@@ -109,9 +100,10 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
     }
     double foreseen = gains[order[0]].gain;  // 0: at a start of no size nothing is foreseen
     if (mimicked) {  // where what stands in for the effect is as believed, another size of it does best
-      const bool sized = startsAreAScan(starts[0].back().id);
-      const auto mass = [](const Trial& of) { return of.space->model(of.fit.x).rig.rotor.mass_kg; };
-      const std::vector<Settings> there = sized ? withTheMassThatIsMissed(starts, belief_.rig.rotor.mass_kg, mass(references.free)) : starts;
+      const bool sized = isSizedByWhatStoodIn(starts[0].back().id);
+      std::vector<Settings> there = starts;
+      const double stood_kg = references.free.space->model(references.free.fit.x).rig.rotor.mass_kg;
+      for (std::size_t i = 0; sized && i < there.size(); ++i) sizeByWhatStoodIn(there[i].back(), belief_.rig.rotor.mass_kg, stood_kg);
       const auto others = gainsOf(belief_, there, nuisances[1], references);
       const auto best = std::max_element(others.begin(), others.end(), [](const StartGain& a, const StartGain& b) { return a.gain < b.gain; });
       foreseen = std::max(foreseen, best->gain);

@@ -194,6 +194,12 @@ void FitSpace::addSlot(int effect, int parameter, Kind kind, const Coordinate& c
   coordinates_.push_back(coordinate);
 }
 
+int FitSpace::nuisanceNamed(const std::string& name) const {
+  for (int k = 0; k < nuisances_; ++k)
+    if (coordinates_[k].name == name) return k;
+  return -1;
+}
+
 std::vector<int> FitSpace::farFromBelief(const Eigen::VectorXd& x, double deviations) const {
   std::vector<int> far;
   for (int k = 0; k < nuisances_; ++k)

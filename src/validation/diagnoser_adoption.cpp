@@ -40,12 +40,10 @@ bool isThroughContact(const EffectSetting& effect) { return needsContact(effect.
 
 /// Deviations from its belief of the number of the rig that stands in for an effect where a model lacks it. 0: there is none.
 double deviationsOfMimic(const Trial& trial, const std::string& effect) {
-  const std::string& mimic = effectCatalogue().find(effect)->mimic;
-  for (int k = 0; k < trial.space->nuisances(); ++k) {
-    const Coordinate& c = trial.space->coordinates()[k];
-    if (c.name == mimic && c.prior_std > 0.0) return std::fabs(trial.fit.x[k] - c.prior_mean) / c.prior_std;
-  }
-  return 0.0;
+  const int k = trial.space->nuisanceNamed(effectCatalogue().find(effect)->mimic);
+  if (k < 0) return 0.0;
+  const Coordinate& c = trial.space->coordinates()[k];
+  return c.prior_std > 0.0 ? std::fabs(trial.fit.x[k] - c.prior_mean) / c.prior_std : 0.0;
 }
 
 /// Whether such a number comes home by the effect, and what the runs to validate are left with allows to believe that.

@@ -81,10 +81,8 @@ std::optional<Places> placesOf(const Model& belief, const FitSpace& space, const
   if (effect == effects.end() || belief.rig.unbalance.size() != 1) return {};
   Places out;
   out.effect = static_cast<std::size_t>(effect - effects.begin());
-  for (int k = 0; k < space.nuisances(); ++k) {
-    if (space.coordinates()[k].name == "unbalance.moment_kg_m") out.moment = k;
-    if (space.coordinates()[k].name == "unbalance.phase_rad") out.phase = k;
-  }
+  out.moment = space.nuisanceNamed("unbalance.moment_kg_m");
+  out.phase = space.nuisanceNamed("unbalance.phase_rad");
   if (out.moment < 0 || out.phase < 0) return {};
   const Coordinate &u = space.coordinates()[out.moment], &p = space.coordinates()[out.phase];
   out.believed = {belief.rig.unbalance[0].plane_z_m, u.prior_mean, u.prior_std, p.prior_mean, p.prior_std};

@@ -136,7 +136,11 @@ std::vector<double> shapesOfBeam(const Model& belief) {
   return out;
 }
 
-double movingStatorMass(double believed_kg, double stood_kg) { return believed_kg * stood_kg / (believed_kg - stood_kg); }
+bool isSizedByWhatStoodIn(const std::string& effect) { return effect == "foundation_resonance"; }
+
+void sizeByWhatStoodIn(EffectSetting& effect, double believed, double stood) {
+  effect.values[0] = believed * stood / (believed - stood);
+}
 
 bool startsAreAScan(const std::string& effect) { return effect == "foundation_resonance"; }
 

@@ -260,6 +260,17 @@ TEST(StartingValuesTest, ACurrentLimitStartsOnEitherSideOfTheLargestCurrentSeen)
   EXPECT_TRUE(starts("current_saturation", limited, {recording(RunKind::steady, false)}).empty());
 }
 
+/// Two free bodies move against each other as one of mass mu by a force between them: a = F/m + F/M = F/mu.
+TEST(StartingValuesTest, AStatorThatARotorsMassHasStoodInForTakesTheRestOfIt) {
+  constexpr double believed_kg = 4.4, stood_kg = 3.5;
+  EffectSetting stator = {"foundation_resonance", {1e6, 22.0, 0.03}};
+  ASSERT_TRUE(isSizedByWhatStoodIn(stator.id));
+  sizeByWhatStoodIn(stator, believed_kg, stood_kg);
+  EXPECT_NEAR(1.0 / believed_kg + 1.0 / stator.values[0], 1.0 / stood_kg, 1e-12);
+  EXPECT_EQ(effectCatalogue().find(stator.id)->parameters[0].name, "mass_kg");
+  EXPECT_EQ(effectCatalogue().find(stator.id)->mimic, "rotor.mass_kg");
+}
+
 TEST(StartingValuesTest, TheBendingShapeIsThatOfAFreeBeam) {
   // The first bending mode of a free uniform beam has its nodes at 0.2242 of the length from each end (zeros of
   // cosh s + cos s - 0.98250 (sinh s + sin s), s = 4.73004 z/L) and -0.6078 of its end value at the middle.

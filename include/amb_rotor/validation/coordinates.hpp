@@ -50,6 +50,8 @@ class FitSpace {
   void setCurrentNoise(double rms_A) { current_noise_A_ = rms_A; }
   int size() const { return static_cast<int>(coordinates_.size()); }
   int nuisances() const { return nuisances_; }
+  /// The place in `x` of a nuisance; -1: it is none.
+  int nuisanceNamed(const std::string& name) const;
   /// The places of the nuisances in `x` that lie further from their belief than so many prior standard deviations.
   std::vector<int> farFromBelief(const Eigen::VectorXd& x, double deviations) const;
   const std::vector<Coordinate>& coordinates() const { return coordinates_; }

@@ -29,9 +29,14 @@ std::vector<std::vector<double>> startsOfOwnEffect(const EffectSchema& schema);
 /// the ends, below 0 in the middle; at the planes of shaft_flexibility, in the order of its parameters.
 std::vector<double> shapesOfBeam(const Model& belief);
 
-/// The mass M of a stator that moves, far above its resonance, against a rotor of mass m as if that had a mass mu below m:
+/// Whether the number of the rig that stands in for an effect (EffectSchema::mimic) tells its size, from which no small steps lead
+/// there: a stator that moves, of mass M, lets a rotor of mass m move against it, far above its resonance, as if that had the mass
 /// mu = m M/(m + M).
-double movingStatorMass(double believed_kg, double stood_kg);
+bool isSizedByWhatStoodIn(const std::string& effect);
+
+/// Such an effect at that size.
+/// @param believed, stood  that number as believed, and as a model without the effect has taken it, which is less
+void sizeByWhatStoodIn(EffectSetting& effect, double believed, double stood);
 
 /// Whether an effect's starts lie side by side along one parameter, rising, as in a scan.
 bool startsAreAScan(const std::string& effect);
