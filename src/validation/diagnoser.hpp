@@ -32,6 +32,8 @@ class Diagnoser {
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
   bool promises(const Trial& trial) const;
+  bool isBeyondDoubt(const Trial& trial) const;
+  bool bornOutWithin(const CandidateErrors& before, Diagnosis& out) const;
   Trial jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const;
   Trial ofLikeliestGain(Trial trial, Through through, int iterations) const;
   void join(const Settings& from, int iterations);

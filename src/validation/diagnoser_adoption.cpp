@@ -7,6 +7,7 @@
 #include "amb_rotor/validation/equivalent_unbalance.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "diagnoser.hpp"
+#include "diagnosis_words.hpp"
 #include "foreseen.hpp"
 #include "pairs.hpp"
 
@@ -19,6 +20,9 @@ constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
 constexpr int iterations_without = 6;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
+/// The same of the best that any has, where the model it is beside is near the noise already: what the runs to fit leave open of it may
+/// be what the runs to validate tell.
+constexpr double beyond_doubt = 1000.0;
 /// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
 constexpr double plain_place = 1000.0;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
@@ -73,6 +77,21 @@ bool Diagnoser::promises(const Trial& trial) const {
   if (trial.usable() && trial.effect == explains_contact_) return trial.evidence >= least_evidence;
   return trial.usable() && needsContact(trial.effect) && trial.evidence >= plain_promise && isAstray(references_.of(trial)) &&
          !isAstray(trial);
+}
+
+/// Whether that holds of what the runs to validate must bear out with all that the runs to fit leave open of it: a friction falls with
+/// a speed that those to fit hardly reach.
+bool Diagnoser::isBeyondDoubt(const Trial& trial) const {
+  return trial.usable() && needsContact(trial.effect) && trial.evidence >= beyond_doubt && !isAstray(trial);
+}
+
+bool Diagnoser::bornOutWithin(const CandidateErrors& before, Diagnosis& out) const {
+  const LeftOpen open = candidates_.leftOpen(joint_, Through::contact);
+  CandidateErrors there = errors_;
+  there.validation_error_contact = open.error;
+  if (!open.byChance() || !bornOut(before, there, false)) return false;
+  out.remarks.push_back(leftOpenInWords(open, Through::contact, errors_));
+  return true;
 }
 
 /// The model fitted from there, with robust standard deviations; of equivalent unbalances the likeliest.
@@ -320,15 +339,18 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
   const Stood before = stood(out);
   Candidate beside;
   int tried = 0;
+  const Trial* best = trials.empty() ? nullptr : &trials[0];
   for (const Trial& t : trials) {
     if (tried == most_refits) break;
-    if (!earns(t) && !promises(t)) continue;
+    const bool leads = &t == best && isBeyondDoubt(t);
+    if (!earns(t) && !promises(t) && !leads) continue;
     ++tried;
     progress(share - 0.02, "refit with " + t.effect);
     beside = valued(t);
     out.steps.push_back({t.effect, {}, {}});
     adopt(t.effects(), t, out);
-    if (bornOut(before.errors, errors_, false) || bringsHome(before.joint, before.errors, joint_, errors_, t.effect)) {
+    if (bornOut(before.errors, errors_, false) || bringsHome(before.joint, before.errors, joint_, errors_, t.effect) ||
+        (leads && bornOutWithin(before.errors, out))) {
       if (!before.adopted.empty()) takeAnew(out.ranking, beside);
       return &t;
     }
