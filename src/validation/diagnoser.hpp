@@ -32,8 +32,8 @@ class Diagnoser {
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;
   bool earns(const Trial& trial) const;
   bool promises(const Trial& trial) const;
-  bool isBeyondDoubt(const Trial& trial) const;
-  bool bornOutWithin(const CandidateErrors& before, Diagnosis& out) const;
+  bool isTold(const Trial& trial) const;
+  bool bornOutWithin(const CandidateErrors& before) const;
   Trial jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const;
   Trial ofLikeliestGain(Trial trial, Through through, int iterations) const;
   void join(const Settings& from, int iterations);
@@ -83,6 +83,7 @@ class Diagnoser {
   std::optional<LeftOpen> leftOpen(Through through, double error) const;
   std::optional<LeftOpen> structureLeftOpen() const;
   std::optional<LeftOpen> littleLeftOpen() const;
+  std::optional<LeftOpen> moreLeftOpen() const;
   UnexplainedSearch lawsBeside(const Trial& trial) const;
   Unexplained lawBesideNone(LawEffort effort);  ///< beside the belief alone
   Unexplained lawBesideAdopted(LawEffort effort) const;

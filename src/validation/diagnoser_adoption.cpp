@@ -7,7 +7,6 @@
 #include "amb_rotor/validation/equivalent_unbalance.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "diagnoser.hpp"
-#include "diagnosis_words.hpp"
 #include "foreseen.hpp"
 #include "pairs.hpp"
 
@@ -20,9 +19,8 @@ constexpr int joint_iterations = 15, joint_iterations_behind_free = 6;
 constexpr int iterations_without = 6;
 /// Evidence from which on an effect through contact is refitted with everything before the runs to validate judge it.
 constexpr double plain_promise = 200.0;
-/// The same of the best that any has, where the model it is beside is near the noise already: what the runs to fit leave open of it may
-/// be what the runs to validate tell.
-constexpr double beyond_doubt = 1000.0;
+/// The same of the best of a screening, whatever it is beside: what the runs to fit leave open of it may be what those to validate tell.
+constexpr double plainest_promise = 1000.0;
 /// Evidence in the runs without contact of an effect that is in the rig whatever contact says.
 constexpr double plain_place = 1000.0;
 /// Candidates of a step that are refitted with everything, where those before do not keep their place.
@@ -79,19 +77,19 @@ bool Diagnoser::promises(const Trial& trial) const {
          !isAstray(trial);
 }
 
-/// Whether that holds of what the runs to validate must bear out with all that the runs to fit leave open of it: a friction falls with
-/// a speed that those to fit hardly reach.
-bool Diagnoser::isBeyondDoubt(const Trial& trial) const {
-  return trial.usable() && needsContact(trial.effect) && trial.evidence >= beyond_doubt && !isAstray(trial);
+/// Whether the runs to fit alone leave no doubt of an effect through contact.
+bool Diagnoser::isTold(const Trial& trial) const {
+  return trial.usable() && needsContact(trial.effect) && trial.evidence >= plainest_promise && !isAstray(trial);
 }
 
-bool Diagnoser::bornOutWithin(const CandidateErrors& before, Diagnosis& out) const {
-  const LeftOpen open = candidates_.leftOpen(joint_, Through::contact);
+/// Whether the runs to validate bear out the model as it stands with its numbers moved within what the runs to fit leave open of them: a
+/// friction falls with a speed that those hardly reach.
+bool Diagnoser::bornOutWithin(const CandidateErrors& before) const {
+  const std::optional<LeftOpen> open = leftOpen(Through::contact, before.validation_error_contact);
+  if (!open) return false;
   CandidateErrors there = errors_;
-  there.validation_error_contact = open.error;
-  if (!open.byChance() || !bornOut(before, there, false)) return false;
-  out.remarks.push_back(leftOpenInWords(open, Through::contact, errors_));
-  return true;
+  there.validation_error_contact = open->error;
+  return bornOut(before, there, false);
 }
 
 /// The model fitted from there, with robust standard deviations; of equivalent unbalances the likeliest.
@@ -339,18 +337,17 @@ const Trial* Diagnoser::adoptBest(const std::vector<Trial>& trials, double share
   const Stood before = stood(out);
   Candidate beside;
   int tried = 0;
-  const Trial* best = trials.empty() ? nullptr : &trials[0];
   for (const Trial& t : trials) {
     if (tried == most_refits) break;
-    const bool leads = &t == best && isBeyondDoubt(t);
-    if (!earns(t) && !promises(t) && !leads) continue;
+    const bool told = &t == &trials.front() && isTold(t);
+    if (!earns(t) && !promises(t) && !told) continue;
     ++tried;
     progress(share - 0.02, "refit with " + t.effect);
     beside = valued(t);
     out.steps.push_back({t.effect, {}, {}});
     adopt(t.effects(), t, out);
     if (bornOut(before.errors, errors_, false) || bringsHome(before.joint, before.errors, joint_, errors_, t.effect) ||
-        (leads && bornOutWithin(before.errors, out))) {
+        (told && bornOutWithin(before.errors))) {
       if (!before.adopted.empty()) takeAnew(out.ranking, beside);
       return &t;
     }

@@ -134,6 +134,12 @@ std::optional<LeftOpen> Diagnoser::littleLeftOpen() const {
   return leftOpen(Through::free, clean_error);
 }
 
+/// Of more through contact than the belief alone leaves there: the runs to fit told of the effects, and hardly of where they lie.
+std::optional<LeftOpen> Diagnoser::moreLeftOpen() const {
+  if (!(errors_.validation_error_contact > begun_.validation_error_contact)) return {};
+  return leftOpen(Through::contact, begun_.validation_error_contact);
+}
+
 Diagnosis Diagnoser::run() {
   const auto begin = std::chrono::steady_clock::now();
   Diagnosis out;
@@ -198,6 +204,7 @@ Diagnosis Diagnoser::run() {
   const bool by_law = out.steps.empty() && ((law_ && !law_->terms.empty()) || lawIsLeft());  // what it leaves of contact was not looked at
   const std::optional<LeftOpen> open = stand_by || by_law ? std::nullopt : structured() ? structureLeftOpen() : littleLeftOpen();
   if (open) out.remarks.push_back(leftOpenInWords(*open, structured() ? Through::contact : Through::free, errors_));
+  if (const std::optional<LeftOpen> more = open ? std::nullopt : moreLeftOpen()) out.remarks.push_back(leftOpenInWords(*more, Through::contact, errors_));
   if (stand_by || by_law || (structured() && !open)) {
     // beside effects, at the time limit, only what the measured path tells is fitted: with a bent shaft among them a fit takes minutes
     const LawEffort effort = !hurried() ? LawEffort::whole : adopted_.empty() ? LawEffort::plain : LawEffort::foreseen;

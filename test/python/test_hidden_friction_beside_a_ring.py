@@ -4,8 +4,7 @@ Alone a friction law with its speed at the end of its range seems better than wi
 speeds, and stated a dozen deviations too closely where that is not asked.
 
 Not found at present: the ring alone comes down to 0.92 times the noise with a quarter of its inertia, where both leave 0.86. From there no
-start of the friction leads to the other hollow (it leaves 0.768 of the noise's square on the runs to fit, both 0.742); with the ring put back
-to its true inertia it does.
+start of the friction leads to the other hollow; with the ring put back to its true inertia one does.
 """
 from __future__ import annotations
 
