@@ -13,6 +13,8 @@ namespace {
 /// Mean square over the noise through contact beyond which windows begin anew, so many times at most.
 constexpr double astray = 1.5;
 constexpr int fresh_rounds = 2;
+/// The same for a fit to all runs whose windows begin anew at growing lengths, while each round leads on.
+constexpr int settling_rounds = 4;
 /// Steps to places where an effect acts alike at the slips of the runs.
 constexpr int alike_rounds = 3;
 /// Such places at most that widen deviations.
@@ -199,7 +201,7 @@ Trial Candidates::settled(Trial trial, int iterations) const {
   const FitEffort effort = {Through::all, iterations, true};
   const Settings effects = trial.effects();
   const bool touches = std::any_of(effects.begin(), effects.end(), [](const EffectSetting& one) { return needsContact(one.id); });
-  for (int round = 0; round < (touches ? fresh_rounds : 1) && !limit_.isUp() && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
+  for (int round = 0; round < (touches ? settling_rounds : 1) && !limit_.isUp() && trial.fit.finite && worstThroughContact(trial) > astray; ++round) {
     const Eigen::VectorXd at = trial.nuisance();
     Trial more = round == 0 ? fit(trial.effects(), &at, begunAnew(trial.local), effort) : lengthened(trial, effort, nullptr);
     if (!more.fit.finite || more.fit.chi2 > trial.fit.chi2 - worth_anew) break;
