@@ -1,6 +1,10 @@
 #include "amb_rotor/validation/predict.hpp"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <utility>
 
@@ -43,6 +47,23 @@ const Choice& choice() {
 
 namespace {
 
+/// Calls  part(first job, how many)  for all jobs in parts of `width`, beside each other; whether all returned true. A thread that waits
+/// for others' parts takes no other work meanwhile: it would be a run's, and these parts' caller waits for them.
+template <class Part>
+bool inParts(std::size_t count, std::size_t width, const Part& part) {
+  if (count <= width) return count == 0 || part(std::size_t{0}, count);
+  std::atomic<bool> all{true};
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_for(std::size_t{0}, (count + width - 1) / width, [&](std::size_t k) {
+      const std::size_t first = k * width;
+      if (!part(first, std::min(width, count - first))) all = false;
+    });
+  });
+  return all;
+}
+
+std::size_t packWidth() { return static_cast<std::size_t>(choice().lanes); }
+
 /// What the lanes of a pack must share: the controller's instants.
 std::pair<double, double> controllerInstants(const Model& model) {
   double delay = model.rig.controller.delay_s;
@@ -70,14 +91,23 @@ std::vector<std::vector<MachineState<double>>> settledMotions(const Stretch& str
   std::vector<std::vector<MachineState<double>>> out;
   for (auto& group : groups) {
     out.emplace_back(group.size());
-    if (!choice().settle(stretch, group.data(), group.size(), out.back().data())) return {};
+    const auto settle = [&](std::size_t first, std::size_t size) {
+      return choice().settle(stretch, group.data() + first, size, out.back().data() + first);
+    };
+    if (!inParts(group.size(), packWidth(), settle)) return {};
   }
   return out;
 }
 
 void predictOnce(const Stretch& given, std::vector<LaneJob>& jobs) {
   Stretch stretch = given;
-  if (stretch.by_events) return predictByEvents(stretch, jobs.data(), jobs.size());
+  if (stretch.by_events) {
+    inParts(jobs.size(), 1, [&](std::size_t first, std::size_t size) {
+      predictByEvents(stretch, jobs.data() + first, size);
+      return true;
+    });
+    return;
+  }
   if (!jobs.empty() && jobs[0].model->friction_law == FrictionLaw::set_valued) {
     std::vector<Model> regularised;  // nothing touches, or it is far off anyway
     std::vector<const Model*> own;
@@ -106,7 +136,10 @@ void predictOnce(const Stretch& given, std::vector<LaneJob>& jobs) {
   for (const auto& of_group : indices) {
     for (std::size_t k = 0; k < group->size() && !settled.empty(); ++k)
       (*group)[k].start = &settled[group - groups.begin()][k];
-    choice().run(stretch, group->data(), group->size());
+    inParts(group->size(), packWidth(), [&](std::size_t first, std::size_t size) {
+      choice().run(stretch, group->data() + first, size);
+      return true;
+    });
     for (std::size_t k = 0; k < group->size(); ++k) jobs[of_group.second[k]].finite = (*group)[k].finite;
     ++group;
   }
