@@ -298,10 +298,11 @@ void bindValidation(py::module_& m) {
   m.def(
       "diagnose",
       [](const Model& model, const Dataset& dataset, const std::vector<std::string>& candidates,
-         int threads, int most_steps, double time_limit_s, py::object progress) {
+         int threads, int most_steps, double time_limit_s, py::object progress, std::optional<py::list> comparisons) {
         requireModes(model);
         PythonProgress report(std::move(progress));
         DiagnosisOptions options;
+        options.comparisons = comparisons.has_value();
         options.candidates = candidates;
         options.threads = threads;
         options.most_steps = most_steps;
@@ -312,6 +313,8 @@ void bindValidation(py::module_& m) {
           const py::gil_scoped_release release;
           diagnosis = diagnose(model, dataset, options);
         }
+        for (auto* one : {&diagnosis.before, &diagnosis.after})
+          if (one->has_value()) comparisons->append(comparisonDict(std::move(**one)));
         py::dict found = diagnosisDict(diagnosis);
         py::dict rivals;
         for (auto& [effect, model] : diagnosis.rivals) rivals[py::str(effect)] = std::move(model);
@@ -319,8 +322,10 @@ void bindValidation(py::module_& m) {
       },
       py::arg("model"), py::arg("dataset"), py::arg("candidates") = std::vector<std::string>(),
       py::arg("threads") = 0, py::arg("most_steps") = 3, py::arg("time_limit_s") = 0.0,
-      py::arg("progress") = py::none(),
-      "The diagnosis as of amb-diagnosis/1, the model with all its steps, and the models of its experiments by effect.");
+      py::arg("progress") = py::none(), py::arg("comparisons") = py::none(),
+      "The diagnosis as of amb-diagnosis/1, the model with all its steps, and the models of its experiments by effect. To the list "
+      "`comparisons` are added, as compare() returns them, the belief beside all runs and, where it has steps and keeps the rules of "
+      "models, the model with them.");
 }
 
 }  // namespace amb_rotor

@@ -10,61 +10,28 @@
 #include "amb_rotor/validation/fit.hpp"
 #include "amb_rotor/validation/sensor_remarks.hpp"
 #include "amb_rotor/validation/stretches.hpp"
+#include "side_by_side.hpp"
 
 namespace amb_rotor {
 
-Comparison compare(const Model& model, const Dataset& dataset, const CompareOptions& options) {
-  std::unique_ptr<tbb::global_control> limit;
-  if (options.threads > 0)
-    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);
-  const auto progress = [&](double share, const char* what) {
-    if (options.progress) options.progress(share, what);
-  };
-  progress(0.0, "reading");
+Model withBelief(Model model, const Dataset& dataset) {
+  if (model.uncertainty.empty()) model.uncertainty = dataset.belief.uncertainty;
+  return model;
+}
+
+Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
+                      std::vector<LocalState> local, bool search) {
   Comparison out;
-  const std::vector<Recording> recordings = prepareRecordings(dataset);
-  Model belief = model;
-  // how far the owner trusts the rig is the data set's to say where the model file is silent
-  if (belief.uncertainty.empty()) belief.uncertainty = dataset.belief.uncertainty;
-  if (!options.refit) {
-    Model fixed = belief;
-    for (auto it = fixed.uncertainty.begin(); it != fixed.uncertainty.end();)
-      it = isMachineUncertainty(it->first) ? fixed.uncertainty.erase(it) : std::next(it);
-    belief = fixed;
-  }
-  const auto offset = belief.uncertainty.find("sensor.offset_m");
-  const FitSpace space(belief, {});
-  const FitProblem problem(recordings, space, offset != belief.uncertainty.end() ? offset->second : 0.0);
-  std::vector<LocalState> local(recordings.size());
-  std::vector<int> fit_free, fit_all, everything(recordings.size()), validate;
+  const FitProblem problem(recordings, space, offset_std_m);
+  std::vector<int> everything(recordings.size()), validate;
   std::iota(everything.begin(), everything.end(), 0);
-  for (int i : everything) {
-    const bool to_fit = recordings[i].run.use == RunUse::fit;
-    if (to_fit) fit_all.push_back(i);
-    if (to_fit && !recordings[i].holdsContact()) fit_free.push_back(i);
-    if (!to_fit) validate.push_back(i);
-  }
-  FitResult fitted;
-  fitted.x = space.start();
-  fitted.covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
-  if (space.size() > 0 && !fit_all.empty()) {
-    progress(0.1, "refitting the nuisance");
-    FitOptions fit_options;
-    fit_options.scores = true;
-    fit_options.most_iterations = most_iterations_from_belief;
-    if (!fit_free.empty()) fitted = fitFromBelief(problem, fit_free, local, fit_options);
-    progress(0.4, "refitting through contact");
-    if (fit_all.size() > fit_free.size()) fitted = fit(problem, fitted.x, fit_all, local, fit_options);
-  }
-  if (options.refit && fit_all.empty())
-    out.remarks.push_back("no run has use: fit: the model's numbers are taken as they are");
-  if (validate.empty()) out.remarks.push_back("no run has use: validate: nothing is held out to judge by");
-  progress(0.8, "predicting");
+  for (const int i : everything)
+    if (recordings[i].run.use == RunUse::validate) validate.push_back(i);
   EvaluationOptions evaluation;
   evaluation.jacobian = false;
   evaluation.keep_prediction = true;
   evaluation.window_passes = 3;
-  evaluation.thorough = true;
+  evaluation.thorough = search;
   std::vector<RunResult> results;
   evaluateSettled(problem, fitted.x, everything, local, evaluation, results);
   out.model = space.model(fitted.x);
@@ -96,6 +63,55 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
   for (const auto& remark : remarksOn(recordings)) out.remarks.push_back(remark);
   out.errors = breakDown(recordings, out.runs, everything);
   out.validation_errors = breakDown(recordings, out.runs, validate);
+  return out;
+}
+
+Comparison compare(const Model& model, const Dataset& dataset, const CompareOptions& options) {
+  std::unique_ptr<tbb::global_control> limit;
+  if (options.threads > 0)
+    limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, options.threads);
+  const auto progress = [&](double share, const char* what) {
+    if (options.progress) options.progress(share, what);
+  };
+  progress(0.0, "reading");
+  const std::vector<Recording> recordings = prepareRecordings(dataset);
+  Model belief = withBelief(model, dataset);
+  if (!options.refit) {
+    Model fixed = belief;
+    for (auto it = fixed.uncertainty.begin(); it != fixed.uncertainty.end();)
+      it = isMachineUncertainty(it->first) ? fixed.uncertainty.erase(it) : std::next(it);
+    belief = fixed;
+  }
+  const auto offset = belief.uncertainty.find("sensor.offset_m");
+  const FitSpace space(belief, {});
+  const double offset_std_m = offset != belief.uncertainty.end() ? offset->second : 0.0;
+  const FitProblem problem(recordings, space, offset_std_m);
+  std::vector<LocalState> local(recordings.size());
+  std::vector<int> fit_free, fit_all;
+  for (int i = 0; i < static_cast<int>(recordings.size()); ++i) {
+    if (recordings[i].run.use != RunUse::fit) continue;
+    fit_all.push_back(i);
+    if (!recordings[i].holdsContact()) fit_free.push_back(i);
+  }
+  FitResult fitted;
+  fitted.x = space.start();
+  fitted.covariance = Eigen::MatrixXd::Zero(space.size(), space.size());
+  if (space.size() > 0 && !fit_all.empty()) {
+    progress(0.1, "refitting the nuisance");
+    FitOptions fit_options;
+    fit_options.scores = true;
+    fit_options.most_iterations = most_iterations_from_belief;
+    if (!fit_free.empty()) fitted = fitFromBelief(problem, fit_free, local, fit_options);
+    progress(0.4, "refitting through contact");
+    if (fit_all.size() > fit_free.size()) fitted = fit(problem, fitted.x, fit_all, local, fit_options);
+  }
+  std::vector<std::string> remarks;
+  if (options.refit && fit_all.empty())
+    remarks.push_back("no run has use: fit: the model's numbers are taken as they are");
+  if (fit_all.size() == recordings.size()) remarks.push_back("no run has use: validate: nothing is held out to judge by");
+  progress(0.8, "predicting");
+  Comparison out = sideBySide(recordings, space, offset_std_m, fitted, std::move(local), true);
+  out.remarks.insert(out.remarks.begin(), remarks.begin(), remarks.end());
   progress(1.0, "done");
   return out;
 }

@@ -27,6 +27,7 @@ class Diagnoser {
   }
   void referWithoutContact(const Trial& free, const Trial& all);
   void baseline(Diagnosis& out);
+  void compareAll(Diagnosis& out) const;
   std::vector<Trial> screen(double from, double to, bool contact_may_wait);
   Candidate valued(const Trial& trial) const;
   void rank(const std::vector<Trial>& trials, Diagnosis& out) const;

@@ -7,12 +7,14 @@
 #include <cmath>
 
 #include "amb_rotor/effects/catalogue.hpp"
+#include "amb_rotor/model/model_rules.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 #include "amb_rotor/validation/sensor_remarks.hpp"
 #include "diagnoser.hpp"
 #include "diagnosis_words.hpp"
 #include "proposals.hpp"
 #include "screening.hpp"
+#include "side_by_side.hpp"
 
 namespace amb_rotor {
 namespace {
@@ -28,7 +30,7 @@ constexpr double clean_error = 1.05, clean_contact_error = 1.1;
 }  // namespace
 
 Diagnoser::Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options)
-    : candidates_(model, dataset, TimeLimit(options.time_limit_s)), options_(options) {
+    : candidates_(withBelief(model, dataset), dataset, TimeLimit(options.time_limit_s)), options_(options) {
   names_ = options.candidates;
   if (names_.empty())
     for (const auto& schema : effectCatalogue().all())
@@ -140,6 +142,16 @@ std::optional<LeftOpen> Diagnoser::moreLeftOpen() const {
   return leftOpen(Through::contact, begun_.validation_error_contact);
 }
 
+/// With the fits at hand: refits of their own would take as long as a third of the diagnosis, and end elsewhere.
+void Diagnoser::compareAll(Diagnosis& out) const {
+  progress(0.95, "predicting all runs");
+  const auto compared = [&](const Trial& trial, bool search) {
+    return sideBySide(candidates_.recordings(), *trial.space, candidates_.offsetStd(), trial.fit, trial.local, search);
+  };
+  out.before = compared(first_, false);  // its windows have just been searched, and those left far off stay there
+  if (!out.steps.empty() && checkModel(out.adopted, effectCatalogue()).empty()) out.after = compared(joint_, true);
+}
+
 Diagnosis Diagnoser::run() {
   const auto begin = std::chrono::steady_clock::now();
   Diagnosis out;
@@ -226,6 +238,7 @@ Diagnosis Diagnoser::run() {
     out.remarks.push_back("the search ended at its time limit: what had not been looked at by then is left out, and a longer one may "
                           "find more");
   }
+  if (options_.comparisons) compareAll(out);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   progress(1.0, "done");
   return out;

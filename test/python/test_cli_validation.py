@@ -62,6 +62,26 @@ def test_the_diagnosis_is_as_the_format_says(chain):
             "nuisance"} <= set(diagnosis["baseline"])
 
 
+def test_what_the_report_shows_is_what_the_diagnosis_says(chain):
+    errors = json.loads((chain.folder / "out" / "diagnosis" / "errors.json").read_text())
+    before, after = (errors[stage]["validation_errors"] for stage in ("before", "after"))
+    # the same fits; an evaluation more moves a run's own unknowns a little
+    assert before["error"] == pytest.approx(chain.diagnosis["baseline"]["validation_error"], rel=1e-3)
+    assert after["error"] == pytest.approx(chain.diagnosis["steps"][-1]["validation_error"], rel=1e-3)
+
+
+def test_a_model_that_is_silent_on_what_it_is_sure_of_has_the_data_sets_word(tmp_path):
+    few = fewer_runs(MEASURED, ("step_1", "steady_2", "steady_4"), tmp_path / "few")
+    dataset = core.read_dataset(str(few))
+    dataset.belief.write(str(tmp_path / "model.yaml"))
+    text = (tmp_path / "model.yaml").read_text()
+    block = re.search(r"^  uncertainty:\n(    .*\n)+", text, re.M)
+    assert block, text
+    (tmp_path / "silent.yaml").write_text(text.replace(block.group(0), "  uncertainty: {}\n"))
+    found = [core.diagnose(core.read_model(str(tmp_path / name)), dataset, candidates=["static_load"])[0] for name in ("model.yaml", "silent.yaml")]
+    assert found[0]["baseline"]["nuisance"] == found[1]["baseline"]["nuisance"] != {}
+
+
 def test_adopt_writes_the_model_and_its_history(chain):
     model = core.read_model(str(chain.folder / "out" / "model.yaml"))
     parent = core.read_dataset(str(MEASURED)).belief
@@ -325,7 +345,11 @@ def test_a_diagnosis_whose_model_breaks_a_rule_is_kept(chain, tmp_path, monkeypa
         def write(self, path):
             raise InputError(self.faults[0])
 
-    monkeypatch.setattr(core, "diagnose", lambda *_, **__: (copy.deepcopy(chain.diagnosis), Broken(), {}))
+    def broken(model, dataset, comparisons, **_):
+        comparisons.append(core.compare(model, dataset))
+        return copy.deepcopy(chain.diagnosis), Broken(), {}
+
+    monkeypatch.setattr(core, "diagnose", broken)
     few = fewer_runs(MEASURED, ("step_1", "steady_2"), tmp_path / "few")
     assert cli.main(["diagnose", str(few), "--out", str(tmp_path / "out")]) == 0
     assert "cannot be run" in capsys.readouterr().out

@@ -1,5 +1,7 @@
 // Predictions of more machines than a pack holds: what parts two of them is what parts their models.
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -130,6 +132,39 @@ TEST(PredictedPacks, EachLaneFollowsItsOwnExcitation) {
     // the same operations in another lane
     for (std::size_t i = 0; i < rows; ++i) ASSERT_DOUBLE_EQ(together[k * rows + i], alone[i]) << "machine " << k << ", number " << i;
   }
+}
+
+TEST(PredictedPacks, AreTheSameWhicheverThreadsRunThem) {
+  const Model rig = withUnbalance(levitated(), 3e-5, 0.5, 0.02);
+  const std::size_t count = 5 * static_cast<std::size_t>(predictionLanes()) + 1;
+  std::vector<Model> models(count, rig);
+  for (std::size_t k = 0; k < count; ++k) models[k].rig.rotor.mass_kg *= 1.0 + 0.01 * static_cast<double>(k);
+  Stretch stretch;
+  stretch.record_rate_hz = 10000.0;
+  stretch.last = 800;
+  stretch.settle_s = 0.4;
+  const std::size_t rows = static_cast<std::size_t>(stretch.last) * predicted_channels;
+  const auto predicted = [&] {
+    std::vector<double> out(rows * count);
+    std::vector<LaneJob> jobs(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      jobs[k].model = &models[k];
+      jobs[k].speed_rad_s = two_pi * 90.0;
+      jobs[k].out = out.data() + k * rows;
+    }
+    predict(stretch, jobs);
+    for (const LaneJob& job : jobs) EXPECT_TRUE(job.finite);
+    return out;
+  };
+  std::vector<double> alone;
+  {
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    alone = predicted();
+  }
+  ASSERT_GT(lengthOf(alone), 0.0);
+  std::vector<std::vector<double>> beside(4);
+  tbb::parallel_for(std::size_t{0}, beside.size(), [&](std::size_t i) { beside[i] = predicted(); });
+  for (const auto& one : beside) EXPECT_EQ(one, alone);
 }
 
 TEST(PredictedPacks, IronSaturatesInThemAsInOneMachine) {

@@ -82,6 +82,8 @@ struct Diagnosis {
   Unexplained unexplained;
   std::vector<std::string> sentences;   ///< where the baseline fails, readable in one look
   Model adopted;                        ///< the belief with all steps and the refitted nuisance
+  std::optional<Comparison> before;     ///< the belief, its nuisance refitted, beside all runs; where asked for
+  std::optional<Comparison> after;      ///< the same of `adopted`, where that has effects and keeps the rules of models
   std::vector<std::string> remarks;
   double seconds = 0.0;
   bool time_limit_reached = false;  ///< the search ended early for it
@@ -91,6 +93,7 @@ struct DiagnosisOptions {
   std::vector<std::string> candidates;  ///< empty: the whole catalogue
   int threads = 0;
   int most_steps = 3;
+  bool comparisons = false;   ///< fill Diagnosis::before and after
   double time_limit_s = 0.0;  ///< after which nothing new is begun; a refit under way ends a third later. 0: none
   Progress progress;
 };

@@ -107,15 +107,14 @@ def improve(args, out: pathlib.Path, share: pathlib.Path) -> tuple[list, dict]:
     say("\namb diagnose config/tutorial/measured"
         + ("" if args.full else "".join(f" --effect {name}" for name in candidates)))
     asked = argparse.Namespace(candidates=candidates, threads=0, steps=1, time_limit=0.0, overrides=[])
-    _, _, diagnosis, adopted, rivals = diagnose.diagnose(folder, None, asked)
+    _, _, diagnosis, adopted, rivals, stages = diagnose.diagnose(folder, None, asked)
     diagnose.print_diagnosis(diagnosis)
+    diagnose.save(out / "diagnosis", folder, dataset, model, diagnosis, adopted, stages, rivals)
     if not diagnosis["steps"] or adopted.faults:
-        diagnose.save(out / "diagnosis", folder, dataset, model, diagnosis, adopted, [("as believed", before)], rivals)
         return [("as believed", before)], diagnosis
     with compare.Bar("comparing") as bar:
         after = _core.compare(adopted, dataset, progress=bar)
     stages = [("as believed", before), (diagnose.after_label(diagnosis), after)]
-    diagnose.save(out / "diagnosis", folder, dataset, model, diagnosis, adopted, stages, rivals)
 
     say(f"\namb adopt {out / 'diagnosis'} --out {out / 'model.yaml'}")
     (out / adopt.LEDGER).unlink(missing_ok=True)

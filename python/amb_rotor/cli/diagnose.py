@@ -130,7 +130,8 @@ def single_model(model, effect: str, row: dict):
 
 
 def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
-    """Dataset, model, diagnosis, adopted model, and the models of the experiments that it proposes."""
+    """Dataset, model, diagnosis, adopted model, the models of the experiments that it proposes, and stages: (label, comparison) before,
+    and after where an effect was found."""
     from amb_rotor import _core
     from amb_rotor.cli.compare import Bar
     if _core.is_modes_dataset(str(folder)):
@@ -149,13 +150,15 @@ def diagnose(folder: pathlib.Path, model_path: str | None, args) -> tuple:
         raise InputError([f"{folder}: the rig as believed {hopeless}; no missing effect is what is wrong with it", *odd[:-1]])
     for remark in odd:  # before the work: with such a model it may take long
         print(f"remark: {remark}", flush=True)
+    comparisons: list = []
     with Bar("diagnosing") as bar:
         diagnosis, adopted, rivals = _core.diagnose(model, dataset, candidates=args.candidates,
                                                     threads=args.threads, most_steps=args.steps,
-                                                    time_limit_s=args.time_limit, progress=bar)
+                                                    time_limit_s=args.time_limit, progress=bar, comparisons=comparisons)
     diagnosis["remarks"] = [*odd, *diagnosis["remarks"]]
     keep_faults(diagnosis, adopted)
-    return dataset, model, diagnosis, adopted, rivals
+    labels = ["as believed"] + [after_label(diagnosis) for _ in comparisons[1:]]
+    return dataset, model, diagnosis, adopted, rivals, list(zip(labels, comparisons))
 
 
 def keep_faults(diagnosis: dict, adopted) -> None:
@@ -168,7 +171,7 @@ def keep_faults(diagnosis: dict, adopted) -> None:
 
 
 def save(out: pathlib.Path, folder: pathlib.Path, dataset, model, diagnosis: dict, adopted, stages: list, rivals: dict) -> None:
-    """Writes the folder of a diagnosis. stages: (label, comparison) before, and after where an effect was found."""
+    """Writes the folder of a diagnosis, with stages as diagnose() returns them."""
     from amb_rotor import experiments
     from amb_rotor.report import data, law, write_report
     diagnosis["dataset"] = {"name": dataset.name, "folder": str(folder.resolve())}
@@ -199,19 +202,12 @@ def after_label(diagnosis: dict) -> str:
 
 
 def run(args) -> int:
-    from amb_rotor import _core
-    from amb_rotor.cli.compare import Bar
     folder = common.dataset_folder(args.dataset)
     out = pathlib.Path(args.out) if args.out else pathlib.Path("out") / f"diagnose-{models.stem(folder)}"
     may_replace(out)
     common.require_writable(out)
-    dataset, model, diagnosis, adopted, rivals = diagnose(folder, args.model, args)
+    dataset, model, diagnosis, adopted, rivals, stages = diagnose(folder, args.model, args)
     print_diagnosis(diagnosis, models.oddities(model))
-    chosen = [("as believed", model)] + ([(after_label(diagnosis), adopted)] if diagnosis["steps"] and not adopted.faults else [])
-    stages = []
-    for label, one in chosen:
-        with Bar(f"comparing {label}") as bar:
-            stages.append((label, _core.compare(one, dataset, threads=args.threads, progress=bar)))
     try:
         save(out, folder, dataset, model, diagnosis, adopted, stages, rivals)
     finally:  # a folder that cannot be written takes the result with it, this not

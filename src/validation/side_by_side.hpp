@@ -1,0 +1,19 @@
+#pragma once
+// A model that has been fitted beside the measurements of all runs: what compare() and a diagnosis show.
+#include <vector>
+
+#include "amb_rotor/validation/compare.hpp"
+#include "amb_rotor/validation/fit.hpp"
+
+namespace amb_rotor {
+
+/// @param fitted   coordinates and covariance
+/// @param local    what the fit has left of the runs' own unknowns
+/// @param search   starts of windows that are left far off are searched in all their guesses
+Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
+                      std::vector<LocalState> local, bool search);
+
+/// A model with the data set's word on how far its owner trusts the rig, where the model itself is silent.
+Model withBelief(Model model, const Dataset& dataset);
+
+}  // namespace amb_rotor
