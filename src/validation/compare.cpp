@@ -20,7 +20,7 @@ Model withBelief(Model model, const Dataset& dataset) {
 }
 
 Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
-                      std::vector<LocalState> local, bool search) {
+                      std::vector<LocalState> local) {
   Comparison out;
   const FitProblem problem(recordings, space, offset_std_m);
   std::vector<int> everything(recordings.size()), validate;
@@ -31,7 +31,7 @@ Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& 
   evaluation.jacobian = false;
   evaluation.keep_prediction = true;
   evaluation.window_passes = 3;
-  evaluation.thorough = search;
+  evaluation.thorough = true;
   std::vector<RunResult> results;
   evaluateSettled(problem, fitted.x, everything, local, evaluation, results);
   out.model = space.model(fitted.x);
@@ -110,7 +110,7 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
     remarks.push_back("no run has use: fit: the model's numbers are taken as they are");
   if (fit_all.size() == recordings.size()) remarks.push_back("no run has use: validate: nothing is held out to judge by");
   progress(0.8, "predicting");
-  Comparison out = sideBySide(recordings, space, offset_std_m, fitted, std::move(local), true);
+  Comparison out = sideBySide(recordings, space, offset_std_m, fitted, std::move(local));
   out.remarks.insert(out.remarks.begin(), remarks.begin(), remarks.end());
   progress(1.0, "done");
   return out;

@@ -145,11 +145,15 @@ std::optional<LeftOpen> Diagnoser::moreLeftOpen() const {
 /// With the fits at hand: refits of their own would take as long as a third of the diagnosis, and end elsewhere.
 void Diagnoser::compareAll(Diagnosis& out) const {
   progress(0.95, "predicting all runs");
-  const auto compared = [&](const Trial& trial, bool search) {
-    return sideBySide(candidates_.recordings(), *trial.space, candidates_.offsetStd(), trial.fit, trial.local, search);
+  const std::vector<Recording>& recordings = candidates_.recordings();
+  const auto compared = [&](const Trial& trial) {
+    std::vector<LocalState> local = trial.local;
+    for (std::size_t i = 0; i < recordings.size(); ++i)  // as they were judged: windows left far off lead elsewhere each time
+      if (recordings[i].run.use == RunUse::validate && recordings[i].holdsContact()) local[i] = begunAnew(local[i]);
+    return sideBySide(recordings, *trial.space, candidates_.offsetStd(), trial.fit, std::move(local));
   };
-  out.before = compared(first_, false);  // its windows have just been searched, and those left far off stay there
-  if (!out.steps.empty() && checkModel(out.adopted, effectCatalogue()).empty()) out.after = compared(joint_, true);
+  out.before = compared(first_);
+  if (!out.steps.empty() && checkModel(out.adopted, effectCatalogue()).empty()) out.after = compared(joint_);
 }
 
 Diagnosis Diagnoser::run() {

@@ -9,9 +9,8 @@ namespace amb_rotor {
 
 /// @param fitted   coordinates and covariance
 /// @param local    what the fit has left of the runs' own unknowns
-/// @param search   starts of windows that are left far off are searched in all their guesses
 Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
-                      std::vector<LocalState> local, bool search);
+                      std::vector<LocalState> local);
 
 /// A model with the data set's word on how far its owner trusts the rig, where the model itself is silent.
 Model withBelief(Model model, const Dataset& dataset);
