@@ -14,11 +14,6 @@
 
 namespace amb_rotor {
 
-Model withBelief(Model model, const Dataset& dataset) {
-  if (model.uncertainty.empty()) model.uncertainty = dataset.belief.uncertainty;
-  return model;
-}
-
 Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
                       std::vector<LocalState> local) {
   Comparison out;
@@ -75,7 +70,7 @@ Comparison compare(const Model& model, const Dataset& dataset, const CompareOpti
   };
   progress(0.0, "reading");
   const std::vector<Recording> recordings = prepareRecordings(dataset);
-  Model belief = withBelief(model, dataset);
+  Model belief = trustedAs(model, dataset);
   if (!options.refit) {
     Model fixed = belief;
     for (auto it = fixed.uncertainty.begin(); it != fixed.uncertainty.end();)

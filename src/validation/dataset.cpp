@@ -242,4 +242,9 @@ Dataset readDataset(const std::string& folder) {
   return dataset;
 }
 
+Model trustedAs(Model model, const Dataset& dataset) {
+  if (model.uncertainty.empty()) model.uncertainty = dataset.belief.uncertainty;
+  return model;
+}
+
 }  // namespace amb_rotor

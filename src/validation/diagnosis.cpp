@@ -30,7 +30,7 @@ constexpr double clean_error = 1.05, clean_contact_error = 1.1;
 }  // namespace
 
 Diagnoser::Diagnoser(const Model& model, const Dataset& dataset, const DiagnosisOptions& options)
-    : candidates_(withBelief(model, dataset), dataset, TimeLimit(options.time_limit_s)), options_(options) {
+    : candidates_(trustedAs(model, dataset), dataset, TimeLimit(options.time_limit_s)), options_(options) {
   names_ = options.candidates;
   if (names_.empty())
     for (const auto& schema : effectCatalogue().all())

@@ -19,10 +19,11 @@ bool settleAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count, Mach
 bool allLinearBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 bool allLinearAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count);
 bool allLinearAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count);
-void predictByEvents(const Stretch& stretch, LaneJob* jobs, std::size_t count);
+void predictByEvents(const Stretch& stretch, LaneJob& job);
 
 namespace {
 
+/// Of an instruction set. `run` and `settle` take a pack at most.
 struct Choice {
   void (*run)(const Stretch&, LaneJob*, std::size_t);
   bool (*linear)(const Stretch&, LaneJob*, std::size_t);
@@ -102,8 +103,8 @@ std::vector<std::vector<MachineState<double>>> settledMotions(const Stretch& str
 void predictOnce(const Stretch& given, std::vector<LaneJob>& jobs) {
   Stretch stretch = given;
   if (stretch.by_events) {
-    inParts(jobs.size(), 1, [&](std::size_t first, std::size_t size) {
-      predictByEvents(stretch, jobs.data() + first, size);
+    inParts(jobs.size(), 1, [&](std::size_t k, std::size_t) {
+      predictByEvents(stretch, jobs[k]);
       return true;
     });
     return;

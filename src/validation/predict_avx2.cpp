@@ -4,11 +4,11 @@
 namespace amb_rotor {
 
 void predictAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  predictAll<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count);
+  predictLanes<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count);
 }
 
 bool settleAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
-  return settleAll<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count, out);
+  return settlePack<Lanes<xsimd::fma3<xsimd::avx2>>>(stretch, jobs, count, out);
 }
 
 bool allLinearAvx2(const Stretch& stretch, LaneJob* jobs, std::size_t count) {

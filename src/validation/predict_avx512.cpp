@@ -4,11 +4,11 @@
 namespace amb_rotor {
 
 void predictAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  predictAll<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
+  predictLanes<Lanes<xsimd::avx512dq>>(stretch, jobs, count);
 }
 
 bool settleAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
-  return settleAll<Lanes<xsimd::avx512dq>>(stretch, jobs, count, out);
+  return settlePack<Lanes<xsimd::avx512dq>>(stretch, jobs, count, out);
 }
 
 bool allLinearAvx512(const Stretch& stretch, LaneJob* jobs, std::size_t count) {

@@ -4,11 +4,11 @@
 namespace amb_rotor {
 
 void predictBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  predictAll<Lanes<xsimd::sse2>>(stretch, jobs, count);
+  predictLanes<Lanes<xsimd::sse2>>(stretch, jobs, count);
 }
 
 bool settleBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
-  return settleAll<Lanes<xsimd::sse2>>(stretch, jobs, count, out);
+  return settlePack<Lanes<xsimd::sse2>>(stretch, jobs, count, out);
 }
 
 bool allLinearBaseline(const Stretch& stretch, LaneJob* jobs, std::size_t count) {

@@ -50,8 +50,6 @@ bool slidesThroughout(const Recording& rec, const Model& model, long first, long
   return model.rig.auxiliary_bearing.rotor_radius_m * slowest > of_whirl * whirl + far_from_stick_m_s;
 }
 
-void predictByEvents(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  for (std::size_t k = 0; k < count; ++k) predictPack<double, LocatedEvents>(stretch, jobs + k, 1);
-}
+void predictByEvents(const Stretch& stretch, LaneJob& job) { predictPack<double, LocatedEvents>(stretch, &job, 1); }
 
 }  // namespace amb_rotor

@@ -12,7 +12,4 @@ namespace amb_rotor {
 Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
                       std::vector<LocalState> local);
 
-/// A model with the data set's word on how far its owner trusts the rig, where the model itself is silent.
-Model withBelief(Model model, const Dataset& dataset);
-
 }  // namespace amb_rotor

@@ -31,7 +31,8 @@ Model gripped() {
 
 Scenario dropTo(double end_s) { return bearingsOff(constantSpeed(drop_hz, end_s, drop_rate_hz), 0.005); }
 
-/// Of a prediction that starts where a run has come, the largest distance from where that run goes on [m].
+/// Of a prediction that starts where a run has come, beside those of other machines, the largest distance from where that run goes on
+/// [m].
 double parted(const Model& model, bool by_events) {
   const Simulation begun = simulate(model, dropTo(drop_begin_s)), whole = simulate(model, dropTo(drop_s));
   EXPECT_EQ(whole.outcome.status, RunStatus::ok) << whole.outcome.reason;
@@ -45,14 +46,23 @@ double parted(const Model& model, bool by_events) {
   stretch.by_events = by_events;
   MachineState<double> start = begun.final_state;
   start.next_record = stretch.first;
-  std::vector<double> out(static_cast<std::size_t>(stretch.last - stretch.first) * predicted_channels);
-  std::vector<LaneJob> jobs(1);
-  jobs[0].model = &model;
-  jobs[0].speed_rad_s = radPerSecond(drop_hz);
-  jobs[0].start = &start;
-  jobs[0].out = out.data();
+  Model other = model;
+  other.rig.rotor.mass_kg *= 1.02;
+  const Model* machines[] = {&other, &model, &other};
+  std::vector<double> outs[3];
+  std::vector<LaneJob> jobs(3);
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    outs[k].resize(static_cast<std::size_t>(stretch.last - stretch.first) * predicted_channels);
+    jobs[k].model = machines[k];
+    jobs[k].speed_rad_s = radPerSecond(drop_hz);
+    jobs[k].start = &start;
+    jobs[k].out = outs[k].data();
+  }
   predict(stretch, jobs);
-  EXPECT_TRUE(jobs[0].finite);
+  for (const LaneJob& job : jobs) EXPECT_TRUE(job.finite);
+  EXPECT_EQ(outs[0], outs[2]);
+  EXPECT_NE(outs[0], outs[1]) << "it is another machine";
+  const std::vector<double>& out = outs[1];
   double far = 0.0;
   for (long i = stretch.first; i < stretch.last; ++i)
     for (int a = 0; a < 4; ++a)

@@ -82,6 +82,9 @@ struct RunTable {
 /// there. Throws InputError with all faults. A data set of kind `modes` is another thing: modes_dataset.hpp.
 Dataset readDataset(const std::string& folder);
 
+/// The model as a data set's owner trusts it: where it says nothing of how sure its numbers are, the data set does.
+Model trustedAs(Model model, const Dataset& dataset);
+
 /// Reads the table of a run. Throws InputError with all faults: missing, unknown or doubled columns, cells
 /// that are no finite numbers (with their line), time that does not rise or has gaps, a sample rate that
 /// t_s contradicts, a cut or damaged file.

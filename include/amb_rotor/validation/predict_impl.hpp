@@ -275,40 +275,25 @@ void predictPack(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
   }
 }
 
-/// Calls  pack(first job, how many)  for all packs until it returns false; whether none did.
-template <class S, class Pack>
-bool eachPack(LaneJob* jobs, std::size_t count, Pack&& pack) {
-  constexpr std::size_t width = ScalarTraits<S>::lanes;
-  for (std::size_t from = 0; from < count; from += width)
-    if (!pack(jobs + from, std::min(width, count - from))) return false;
-  return true;
-}
-
+/// One pack, as the stretch asks: exactly, or in steps.
 template <class S>
-void predictAll(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  eachPack<S>(jobs, count, [&](LaneJob* pack, std::size_t size) {
-    if (stretch.exact)
-      predictPack<S, ExactSteps<S>>(stretch, pack, size);
-    else
-      predictPack<S>(stretch, pack, size);
-    return true;
-  });
+void predictLanes(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
+  AMB_ROTOR_CHECK(count <= ScalarTraits<S>::lanes, "a pack holds no more machines");
+  if (stretch.exact)
+    predictPack<S, ExactSteps<S>>(stretch, jobs, count);
+  else
+    predictPack<S>(stretch, jobs, count);
 }
 
-/// The settled motions of all lanes; false where one has none.
-template <class S>
-bool settleAll(const Stretch& stretch, LaneJob* jobs, std::size_t count, MachineState<double>* out) {
-  return eachPack<S>(jobs, count, [&](LaneJob* pack, std::size_t size) {
-    return settlePack<S>(stretch, pack, size, out + (pack - jobs));
-  });
-}
-
-/// Whether all machines are linear out of contact.
+/// Whether all machines, of however many packs, are linear out of contact.
 template <class S>
 bool allLinear(const Stretch& stretch, LaneJob* jobs, std::size_t count) {
-  return eachPack<S>(jobs, count, [&](LaneJob* pack, std::size_t size) {
-    return ExactStepper<S>::takes(packMachine<S>(stretch, pack, size), packDrive<S>(stretch, pack, size));
-  });
+  constexpr std::size_t width = ScalarTraits<S>::lanes;
+  for (std::size_t from = 0; from < count; from += width) {
+    const std::size_t size = std::min(width, count - from);
+    if (!ExactStepper<S>::takes(packMachine<S>(stretch, jobs + from, size), packDrive<S>(stretch, jobs + from, size))) return false;
+  }
+  return true;
 }
 
 }  // namespace amb_rotor
