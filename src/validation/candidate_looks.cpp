@@ -14,8 +14,8 @@
 namespace amb_rotor {
 namespace {
 
-/// Iterations of a candidate's first look, and candidates that are then fitted to the end.
-constexpr int first_look_iterations = 2, glance_iterations = 1, finalists = 6;
+/// Iterations of a first look at what promises little, and candidates that are then fitted to the end.
+constexpr int glance_iterations = 1, finalists = 6;
 /// Attempts at each of their steps where contact needs one look only.
 constexpr int settled_attempts = 2;
 /// Share of the evidence of a leader that leaves nothing which an effect must promise to be taken seriously beside it.
@@ -109,6 +109,9 @@ struct Misfit {
   }
 };
 
+/// Whether a fit through contact leaves no more than right models mostly do.
+bool isWhereRightOnesAre(const Trial& trial) { return trial.fit.squares < right_square * trial.fit.count; }
+
 /// Whether a fit without contact leaves nothing to be had by a rival: it is at the noise, or next to the floor of a noisy loop and has
 /// taken next to all.
 bool isSettledFree(const Trial& trial, const References& references) {
@@ -189,7 +192,8 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
                           : promisingFree(starts, nuisances, references, leaders, serious);
   if (followed.empty()) return notFollowed();
   const bool settled = contact && leaders.settles(references);
-  if (settled) {
+  const bool beside_right_ones = contact && starts[0].size() > 1 && isWhereRightOnesAre(references.contact);
+  if (settled || beside_right_ones) {
     followed.resize(1);
     serious = false;
   }
@@ -198,7 +202,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, contact || serious ? first_look_iterations : glance_iterations, false, true};
     effort.every_effect = settled && references.sparse.stride > 1;
-    if (settled) effort.attempts = settled_attempts;
+    if (settled || beside_right_ones) effort.attempts = settled_attempts;
     if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);

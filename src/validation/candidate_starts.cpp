@@ -119,6 +119,8 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
   starts.push_back(std::move(at_belief));
   std::vector<Start> out;
   for (std::size_t i = 0; i < followed; ++i) out.emplace_back(&starts[order[i]], &nuisances[0]);
+  // behind a leader that leaves nothing the rank is all that is asked
+  if (leaders.free_settled && !mimicked && !leaders.mayLead(starts[0].back().id, references)) return out;
   for (std::size_t n = 1; n < nuisances.size(); ++n) out.emplace_back(mimicked ? &starts.back() : &starts[order[0]], &nuisances[n]);
   return out;
 }

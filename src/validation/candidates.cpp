@@ -176,6 +176,8 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, Judging judgi
   evaluation.thorough = judging == Judging::anew;
   if (evaluation.thorough)
     for (const int run : check_contact_) local[run] = begunAnew(local[run]);  // another model may have led it astray
+  evaluation.keep_prediction = evaluation.thorough && with_contact;
+  HeldOut held_out = {trial.fit.x, std::vector<RunResult>(recordings_.size())};
   double sum = 0.0;
   int count = 0;
   const auto mean = [&](const std::vector<int>& which) {
@@ -188,11 +190,13 @@ CandidateErrors Candidates::judge(Trial& trial, bool with_contact, Judging judgi
     for (const auto& r : own) part += r.mean_square;
     sum += part;
     count += static_cast<int>(own.size());
-    return own.empty() ? -1.0 : std::sqrt(part / own.size());
+    for (std::size_t i = 0; i < own.size(); ++i) held_out.runs[which[i]] = std::move(own[i]);
+    return which.empty() ? -1.0 : std::sqrt(part / which.size());
   };
   errors.validation_error_free = mean(check_free_);
   errors.offset_deviations = offsetDeviations(local);
   if (with_contact) errors.validation_error_contact = mean(check_contact_);
+  if (evaluation.keep_prediction) trial.held_out = std::make_shared<const HeldOut>(std::move(held_out));
   errors.validation_error = count > 0 ? std::sqrt(sum / count) : 0.0;
   errors.fit_error = trial.fit.count > 0.0 ? std::sqrt(trial.fit.squares / trial.fit.count) : 0.0;
   return errors;
@@ -250,6 +254,12 @@ void Candidates::referThroughContact(References& references) {
     references.sparse = std::move(sparse);
   }
   look_offset_ = worst;
+  if (references.sparse.stride == 1 || isAstray(references.contact)) return;
+  // looks are fitted to these windows: near the noise, one that a glance has thrown off would speak for each of them
+  const Eigen::VectorXd stood = references.sparse.nuisance();
+  Trial fitted = fit(references.sparse.effects(), &stood, references.sparse.local, {Through::contact, first_look_iterations, false, true},
+                     &references.prior);
+  if (fitted.fit.finite && fitted.fit.chi2 < references.sparse.fit.chi2) references.sparse = std::move(fitted);
 }
 
 }  // namespace amb_rotor

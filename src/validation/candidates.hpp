@@ -19,6 +19,12 @@ namespace amb_rotor {
 using Settings = std::vector<EffectSetting>;
 
 /// One fit: the belief with some effects, the last of which is the one on trial.
+/// What a model leaves of the runs to validate, as it was judged.
+struct HeldOut {
+  Eigen::VectorXd x;            ///< where the model stood
+  std::vector<RunResult> runs;  ///< with their predictions, of each recording; no prediction: it is not one of those
+};
+
 struct Trial {
   std::string effect;
   FitResult fit;
@@ -34,6 +40,7 @@ struct Trial {
   std::vector<Trial> others;  ///< from other starts, where an effect has hills apart from each other
   double evidence = -1e300;
   CandidateErrors errors;
+  std::shared_ptr<const HeldOut> held_out;  ///< by all runs to validate, their windows begun anew; null: it was not
 
   bool usable() const { return excited && fit.finite; }
   /// chi2 for a residual.
@@ -46,6 +53,8 @@ struct Trial {
 /// Whether some parameters of an effect leave the model as it is, so that a fit can only gain.
 bool isNested(const std::string& effect);
 
+/// Iterations of a candidate's first look.
+inline constexpr int first_look_iterations = 2;
 /// Of several starts of an effect so many are followed.
 inline constexpr std::size_t followed_starts = 2;
 /// Share of the leader's evidence from which on candidates are fitted through all windows to be told apart.

@@ -15,20 +15,25 @@
 namespace amb_rotor {
 
 Comparison sideBySide(const std::vector<Recording>& recordings, const FitSpace& space, double offset_std_m, const FitResult& fitted,
-                      std::vector<LocalState> local) {
+                      std::vector<LocalState> local, const std::vector<RunResult>& known) {
   Comparison out;
   const FitProblem problem(recordings, space, offset_std_m);
-  std::vector<int> everything(recordings.size()), validate;
+  std::vector<int> everything(recordings.size()), validate, asked;
   std::iota(everything.begin(), everything.end(), 0);
-  for (const int i : everything)
+  std::vector<RunResult> results = known;
+  results.resize(recordings.size());
+  for (const int i : everything) {
     if (recordings[i].run.use == RunUse::validate) validate.push_back(i);
+    if (results[i].predicted.empty()) asked.push_back(i);
+  }
   EvaluationOptions evaluation;
   evaluation.jacobian = false;
   evaluation.keep_prediction = true;
   evaluation.window_passes = 3;
   evaluation.thorough = true;
-  std::vector<RunResult> results;
-  evaluateSettled(problem, fitted.x, everything, local, evaluation, results);
+  std::vector<RunResult> own;
+  evaluateSettled(problem, fitted.x, asked, local, evaluation, own);
+  for (std::size_t k = 0; k < asked.size(); ++k) results[asked[k]] = std::move(own[k]);
   out.model = space.model(fitted.x);
   out.nuisance = space.nuisanceValues(fitted.x, fitted.covariance);
   for (int i : everything) {

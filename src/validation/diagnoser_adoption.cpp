@@ -204,7 +204,9 @@ void Diagnoser::refer() {
   referred_ = true;
   const Eigen::VectorXd own = joint_.nuisance();
   const Trial free = throughAll() ? candidates_.fit(adopted_, &own, joint_.local, {Through::free, 6}) : joint_;
+  std::map<std::string, Promise> kept = stillPromised(references_, free);
   referWithoutContact(free, joint_);
+  references_.promises = std::move(kept);
 }
 
 std::vector<std::string> Diagnoser::notAdopted() const {

@@ -142,15 +142,18 @@ std::optional<LeftOpen> Diagnoser::moreLeftOpen() const {
   return leftOpen(Through::contact, begun_.validation_error_contact);
 }
 
-/// With the fits at hand: refits of their own would take as long as a third of the diagnosis, and end elsewhere.
+/// With the fits at hand: refits of their own would take as long as a third of the diagnosis, and end elsewhere. The runs to validate as
+/// they were judged: windows that are left far off lead elsewhere each time.
 void Diagnoser::compareAll(Diagnosis& out) const {
   progress(0.95, "predicting all runs");
   const std::vector<Recording>& recordings = candidates_.recordings();
   const auto compared = [&](const Trial& trial) {
     std::vector<LocalState> local = trial.local;
-    for (std::size_t i = 0; i < recordings.size(); ++i)  // as they were judged: windows left far off lead elsewhere each time
+    const bool judged = trial.held_out != nullptr && trial.held_out->x == trial.fit.x;
+    for (std::size_t i = 0; i < recordings.size() && !judged; ++i)
       if (recordings[i].run.use == RunUse::validate && recordings[i].holdsContact()) local[i] = begunAnew(local[i]);
-    return sideBySide(recordings, *trial.space, candidates_.offsetStd(), trial.fit, std::move(local));
+    return sideBySide(recordings, *trial.space, candidates_.offsetStd(), trial.fit, std::move(local),
+                      judged ? trial.held_out->runs : std::vector<RunResult>());
   };
   out.before = compared(first_);
   if (!out.steps.empty() && checkModel(out.adopted, effectCatalogue()).empty()) out.after = compared(joint_);

@@ -205,13 +205,16 @@ void evaluateSettled(const FitProblem& problem, const Eigen::VectorXd& x, const 
       return std::move(own[0]);
     };
     RunResult& kept = results[i];
+    // what impacts have thrown off without the offsets is found with them
+    const bool without_offsets = problem.findsOffsetsByWindows(which[i]) && local[which[i]].window_start.empty();
+    pass_options.thorough = options.thorough && !without_offsets;
     kept = pass();
     if (!problem.settlesByPasses(which[i])) return;
     double before = kept.mean_square;
-    for (int number = 1; number < most_settling_passes; ++number) {
-      const bool falls = kept.mean_square < (1.0 - falling_share) * before;
+    for (int number = 1; number < most_settling_passes && !(kept.stands && pass_options.thorough == options.thorough); ++number) {
+      const bool falls = kept.mean_square < (1.0 - falling_share) * before, first = number == 1 && without_offsets;
       before = kept.mean_square;
-      pass_options.thorough = options.thorough && (falls || before < searched_again);
+      pass_options.thorough = options.thorough && (first || falls || before < searched_again);
       kept = pass();
       if (std::fabs(kept.mean_square - before) <= settled_share * before) break;
     }

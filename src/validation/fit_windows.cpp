@@ -12,6 +12,8 @@ constexpr double score_floor = 1e-12;
 /// Mean square over the noise beyond which a window's squares count by their logarithm: one that an impact has thrown off must
 /// not outweigh all others.
 constexpr double robust_excess = 3.0;
+/// Share of the squares that the steps of starts and offsets may still take where a run stands.
+constexpr double standing_share = 0.002;
 /// Windows that a first look takes or leaves together span so much: what no sensor sees (a mount, a ring) is known only from
 /// the window before.
 constexpr double group_s = 10 * contact_window_s;
@@ -109,6 +111,7 @@ struct RunSums {
     scores.col(static_cast<long>(number)) = weight * part.g.head(scores.rows());
     chi2 += excess > 0.0 ? residuals * (1.0 + robust_excess * std::log1p(excess / robust_excess)) : left;
     squares += std::max(window.squares - part.gain, score_floor);
+    before += window.squares;
     count += residuals;
     occam += part.occam;
     return left / residuals;
@@ -118,6 +121,7 @@ struct RunSums {
   Eigen::VectorXd g;
   Eigen::MatrixXd scores;
   double chi2 = 0.0, squares = 0.0, count = 0.0, occam = 0.0;
+  double before = 0.0;  ///< squares before the steps of the windows' starts
 };
 
 void keepPrediction(const ContactWindow& window, long first, std::vector<double>& predicted) {
@@ -145,7 +149,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   NormalEquations normal(p);
   RunSums sums(run, extents.size());
   MachineState<double> led_to;                    // by the window before
-  bool after_good = false;                        // it is not thrown off
+  bool after_good = false, all_good = true;       // it is not thrown off, and no other
   std::array<double, 2> ring_speed = {0.0, 0.0};  // where the windows so far led; at rest in the beginning
   if (options.keep_prediction) result.predicted.assign(rec.samples * predicted_channels, 0.0);
   const auto left_out = [&] {
@@ -201,6 +205,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
       local.window_response[number] = std::move(response);
     }
     after_good = sums.add(window, part, number) < thrown_off;
+    all_good = all_good && after_good;
     // the linear step is taken next time where it is small; the state that this window leads to goes on from here
     const bool moves = part.gain < linear_share * window.squares;
     kept = moves ? unknowns.moved(window.start, part.step) : window.start;
@@ -214,6 +219,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     if (options.keep_prediction) keepPrediction(window, extent.first, result.predicted);
   }
 
+  double taken = sums.before - sums.squares;  // by steps
   if (r > 0) {  // eliminate the run's offsets
     Eigen::MatrixXd own = sums.h.bottomRightCorner(r, r);
     Eigen::VectorXd own_b = sums.g.tail(r);
@@ -232,7 +238,9 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
     }
     normal.h(moved_coordinates, moved_coordinates) = sums.h.topLeftCorner(g, g) - between * factor.solveColumns(between.transpose());
     normal.g(moved_coordinates) = sums.g.head(g) - between * solved;
-    sums.chi2 -= std::min(std::max(0.0, own_b.dot(solved)), 0.5 * sums.chi2);
+    const double gain = std::max(0.0, own_b.dot(solved));
+    sums.chi2 -= std::min(gain, 0.5 * sums.chi2);
+    taken += gain;
     for (int a = 0; a < 4; ++a) {
       local.offset_m[a] += solved[a];
       local.drift_m[a] += solved[4 + a];
@@ -248,6 +256,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   normal.count = sums.count;
   result.mean_square = sums.count > 0.0 ? sums.squares / sums.count : 0.0;
   result.finite = normal.finite;
+  result.stands = normal.finite && all_good && taken < standing_share * sums.before;
   return normal;
 }
 

@@ -13,6 +13,8 @@ namespace {
 
 /// Share of a start at which all candidates are linearised together: near neutral, where none hides another.
 constexpr double next_to_neutral = 0.01;
+/// Difference of chi2 that moves no promise.
+constexpr double next_to_nothing = 1.0;
 
 /// Drop of chi2 by some of the coordinates.
 double dropOf(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const std::vector<int>& chosen) {
@@ -204,6 +206,18 @@ void foresee(const Candidates& candidates, const std::vector<std::string>& names
     promise.evidence = gain - 0.5 * parameters * std::log(count);
     if (gain > 0.0) references.promises[effect] = std::move(promise);
   }
+}
+
+std::map<std::string, Promise> stillPromised(const References& before, const Trial& free) {
+  const Settings adopted = free.effects();
+  const auto isThere = [](const EffectSetting& one) { return needsContact(one.id); };
+  if (!before.free.effects().empty() || !std::all_of(adopted.begin(), adopted.end(), isThere) ||
+      std::fabs(free.fit.chi2 - before.free.fit.chi2) > next_to_nothing)
+    return {};
+  std::map<std::string, Promise> out = before.promises;
+  for (auto& one : out)
+    for (Settings& start : one.second.starts) start.insert(start.begin(), adopted.begin(), adopted.end());
+  return out;
 }
 
 bool hasASmallStart(const std::string& effect) { return isNested(effect) && effectCatalogue().find(effect)->mimic.empty(); }

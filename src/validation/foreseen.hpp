@@ -47,6 +47,11 @@ std::vector<StartGain> gainsOf(const Model& belief, const std::vector<Settings>&
 /// contact only, and those of which no prediction stays finite.
 void foresee(const Candidates& candidates, const std::vector<std::string>& names, const Settings& adopted, References& references);
 
+/// Of the promises beside the belief alone those that hold beside what has been adopted since: all, where that shows through contact only
+/// and the fit without contact has stayed where it was; else none.
+/// @param free  the model as it stands, fitted to the runs without contact
+std::map<std::string, Promise> stillPromised(const References& before, const Trial& free);
+
 /// An effect that hardly acts: what may be 0 or 1 and then does nothing lies next to that.
 EffectSetting nextToNothing(EffectSetting effect);
 

@@ -60,8 +60,11 @@ TEST(ContactWindows, RunsAreEvaluatedUntilTheyStand) {
   evaluateSettled(problem, space.start(), touching, local, options, settled);
   problem.evaluate(space.start(), touching, local, options, &more);
   double led_on = 0.0;
+  EXPECT_TRUE(settled[0].stands || settled[1].stands);
   for (std::size_t i = 0; i < touching.size(); ++i) {
-    EXPECT_NEAR(more[i].mean_square, settled[i].mean_square, 0.02 * settled[i].mean_square);  // or it would have gone on
+    EXPECT_FALSE(first[i].stands);
+    // one that stands stays; any other would have gone on
+    EXPECT_NEAR(more[i].mean_square, settled[i].mean_square, (settled[i].stands ? 0.004 : 0.02) * settled[i].mean_square);
     EXPECT_LT(settled[i].mean_square, 1.05);  // the true machine, each window's start fitted
     led_on = std::max(led_on, first[i].mean_square / settled[i].mean_square);
   }

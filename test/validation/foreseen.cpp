@@ -47,5 +47,39 @@ INSTANTIATE_TEST_SUITE_P(Sizes, ForeseenEffect,
                          ::testing::Values("motor_magnetic_pull", "control_delay", "current_saturation", "couple_unbalance"),
                          [](const auto& one) { return std::string(one.param); });
 
+TEST(Foreseen, PromisesHoldBesideWhatShowsThroughContactOnly) {
+  const MadeSet& set = madeSet(21, "compliant_mount", 0.0, true);
+  ThroughContact belief{set};
+  const std::vector<std::string> asked = {"control_delay", "shaft_crack"};
+  foresee(belief.candidates, asked, {}, belief.references);
+  const EffectSetting mount = set.truth().effects.at(0);
+  const Eigen::VectorXd own = belief.free.nuisance();
+  const Trial with = belief.candidates.fit({mount}, &own, belief.free.local, {Through::free, 6});
+  const auto kept = stillPromised(belief.references, with);
+  References anew = belief.candidates.referencesWithoutContact(with, with);
+  foresee(belief.candidates, asked, with.effects(), anew);
+  ASSERT_EQ(anew.promises.size(), asked.size());
+  ASSERT_EQ(kept.size(), asked.size());
+  for (const auto& [effect, promise] : anew.promises) {
+    EXPECT_NEAR(kept.at(effect).evidence, promise.evidence, 0.5) << effect;
+    ASSERT_EQ(kept.at(effect).starts.size(), promise.starts.size()) << effect;
+    for (std::size_t i = 0; i < promise.starts.size(); ++i) {
+      ASSERT_EQ(kept.at(effect).starts[i].size(), 2u) << effect;
+      for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_EQ(kept.at(effect).starts[i][k].id, promise.starts[i][k].id) << effect;
+        EXPECT_EQ(kept.at(effect).starts[i][k].values, promise.starts[i][k].values) << effect;
+      }
+    }
+  }
+  const Trial delayed = belief.candidates.fit({{"control_delay", {1e-4}}}, &own, belief.free.local, {Through::free, 2});
+  EXPECT_TRUE(stillPromised(belief.references, delayed).empty());
+  References beside_one = belief.references;
+  beside_one.free = delayed;
+  EXPECT_TRUE(stillPromised(beside_one, with).empty());
+  Trial elsewhere = with;
+  elsewhere.fit.chi2 += 10.0;
+  EXPECT_TRUE(stillPromised(belief.references, elsewhere).empty());
+}
+
 }  // namespace
 }  // namespace amb_rotor

@@ -7,6 +7,7 @@
 #include "../../src/validation/screening.hpp"
 #include "../support/long_tests.hpp"
 #include "../support/made_sets.hpp"
+#include "../support/through_contact.hpp"
 #include "amb_rotor/validation/ranking.hpp"
 
 namespace amb_rotor {
@@ -155,6 +156,23 @@ TEST(ScreeningLooks, WhatShowsLittleWithoutContactAndExplainsItComesBeforeARing)
   EXPECT_GT(beside.references.contact.fit.squares, 1.25 * beside.references.contact.fit.count);
   EXPECT_TRUE(seen.contact_waited);
   EXPECT_FALSE(trialOf(seen, "inner_ring_spin").usable());
+}
+
+TEST(ScreeningLooks, NothingIsToBeHadThroughContactBesideTheRightModel) {
+  // a window that one glance at the reference throws off would be worth some 800 to whatever is looked at
+  const MadeSet& set = madeSet(57, "compliant_mount", 0.0, true, {"chirp_1", "rub_1", "drop_1"});
+  const ThroughContact at{set};
+  const Trial free = at.candidates.fit({set.truth().effects.at(0)}, nullptr, std::vector<LocalState>(set.recordings.size()), {Through::free, 10});
+  const Eigen::VectorXd own = free.nuisance();
+  const Trial all = at.candidates.fit(free.effects(), &own, free.local, {Through::all, 10});
+  Candidates candidates(set.dataset.belief, set.dataset);
+  References references = candidates.referencesWithoutContact(free, all);
+  candidates.referThroughContact(references);
+  ASSERT_FALSE(isAstray(references.contact));
+  const Trial look = candidates.look("auxiliary_bearing_misalignment", all.effects(), references, Leaders());
+  ASSERT_TRUE(look.usable());
+  ASSERT_GT(look.stride, 1);
+  EXPECT_LT(look.evidence, 0.0);
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ struct RunResult {
   std::vector<double> predicted;        ///< samples * predicted_channels, with offset and drift; where asked for
   std::array<double, predicted_channels> channel_mean_square{};
   bool finite = true;
+  bool stands = false;  ///< through contact: no window is thrown off, and another evaluation would hardly take anything off
 };
 
 /// Derivatives of the predictions, over the noise, taken once about a point near by: of the first `size` coordinates, for
