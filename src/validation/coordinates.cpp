@@ -34,13 +34,18 @@ constexpr double rounded_corner = 0.5;
 
 /// Amplitudes of either sign that share a phase and all of them turned by half a turn are one machine: the one whose first amplitude
 /// is positive is what is stated, and its phase within half a turn of 0. So are factors that act by their products (the shapes of a
-/// mode) and all of them turned round: the ones that go with those of a free beam, whose ends are positive.
+/// mode) and all of them turned round: the ones that go with those of a free beam, whose ends are positive. What lies at the auxiliary
+/// bearings has no say: runs without contact do not tell of it.
 void stateOnce(const std::vector<ParameterSchema>& parameters, const Model& belief, std::vector<double>& values) {
   double sum = 0.0;
   const std::vector<double> beam = shapesOfBeam(belief);
   std::size_t place = 0;
-  for (std::size_t i = 0; i < parameters.size() && place < beam.size(); ++i)
-    if (parameters[i].role == ParameterRole::factor) sum += beam[place++] * values[i];
+  for (std::size_t i = 0; i < parameters.size() && place < beam.size(); ++i) {
+    if (parameters[i].role != ParameterRole::factor) continue;
+    const bool counts = parameters[i].name.rfind("shape_aux", 0) != 0;
+    sum += counts ? beam[place] * values[i] : 0.0;
+    ++place;
+  }
   for (std::size_t i = 0; i < parameters.size() && sum < 0.0; ++i)
     if (parameters[i].role == ParameterRole::factor) values[i] = -values[i];
   std::size_t first = 0;  // of the amplitudes that share the next phase

@@ -273,6 +273,9 @@ TEST(FitSpaceTest, AModesShapesAreStatedOnceOfTheTwoWaysToSayThem) {
     const std::vector<double> stated = space.model(space.start()).effects[0].values;
     for (std::size_t i = 0; i < ends.size(); ++i) EXPECT_NEAR(stated[i], ends[i], 1e-12 * ends[0]) << i;
   }
+  // runs without contact leave those at the auxiliary bearings anywhere
+  const FitSpace space(belief(), {{"shaft_flexibility", {300.0, 0.01, 0.5, 0.3, 1.2, 0.1, -9.0, -9.0, -0.4}}});
+  EXPECT_GT(space.model(space.start()).effects[0].values[2], 0.0);
 }
 
 TEST(FitSpaceTest, ARiseEndsAtItsParametersLimits) {
