@@ -109,9 +109,6 @@ struct Misfit {
   }
 };
 
-/// Whether a fit through contact leaves no more than right models mostly do.
-bool isWhereRightOnesAre(const Trial& trial) { return trial.fit.squares < right_square * trial.fit.count; }
-
 /// Whether a fit without contact leaves nothing to be had by a rival: it is at the noise, or next to the floor of a noisy loop and has
 /// taken next to all.
 bool isSettledFree(const Trial& trial, const References& references) {
@@ -119,6 +116,12 @@ bool isSettledFree(const Trial& trial, const References& references) {
   if (fit.squares < settled_square * fit.count) return true;
   const double above = references.free.fit.squares - fit.count;
   return fit.squares < highest_floor * fit.count && fit.squares - fit.count < little_left * above;
+}
+
+/// Whether the reference leaves no more through contact than right models mostly do.
+bool leavesWhatRightOnesDo(const References& references) {
+  const FitResult& fit = references.contact.fit;
+  return fit.squares < right_square * floorOf(references) * fit.count;
 }
 
 /// Whether a candidate through contact comes too late: nobody passes one that leaves nothing, but another such.
@@ -192,8 +195,9 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
                           : promisingFree(starts, nuisances, references, leaders, serious);
   if (followed.empty()) return notFollowed();
   const bool settled = contact && leaders.settles(references);
-  const bool beside_right_ones = contact && starts[0].size() > 1 && isWhereRightOnesAre(references.contact);
-  if (settled || beside_right_ones) {
+  const bool beside_right_ones = contact && starts[0].size() > 1 && leavesWhatRightOnesDo(references);
+  const bool one_look = settled || beside_right_ones;
+  if (one_look) {
     followed.resize(1);
     serious = false;
   }
@@ -202,7 +206,7 @@ Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen:
   tbb::parallel_for(std::size_t{0}, followed.size(), [&](std::size_t i) {
     FitEffort effort = {contact ? Through::contact : Through::free, contact || serious ? first_look_iterations : glance_iterations, false, true};
     effort.every_effect = settled && references.sparse.stride > 1;
-    if (settled || beside_right_ones) effort.attempts = settled_attempts;
+    if (one_look) effort.attempts = settled_attempts;
     if (!contact && isNested(followed[i].first->back().id)) effort.frozen = &directions;  // the reference is near
     trials[i] = fit(*followed[i].first, followed[i].second, references.contact.local, effort,
                     contact ? &references.prior : nullptr);

@@ -18,13 +18,13 @@ namespace amb_rotor {
 
 using Settings = std::vector<EffectSetting>;
 
-/// One fit: the belief with some effects, the last of which is the one on trial.
 /// What a model leaves of the runs to validate, as it was judged.
 struct HeldOut {
   Eigen::VectorXd x;            ///< where the model stood
   std::vector<RunResult> runs;  ///< with their predictions, of each recording; no prediction: it is not one of those
 };
 
+/// One fit: the belief with some effects, the last of which is the one on trial.
 struct Trial {
   std::string effect;
   FitResult fit;

@@ -65,6 +65,19 @@ def test_cross_coupling_is_compared_at_one_speed():
     assert bench_diagnosis._errors_of("cross_coupled_stiffness", true, found)["stiffness_N_per_m"] == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.parametrize("effect, true, other", [
+    ("shaft_bow", {"bow_a_m": 2e-6, "bow_b_m": -1e-6, "phase_rad": 0.4}, {"bow_a_m": -2e-6, "bow_b_m": 1e-6, "phase_rad": 0.4 - math.pi}),
+    ("shaft_flexibility", {"frequency_hz": 200.0, "shape_amb_a": 0.5, "shape_unbalance": -0.4},
+     {"frequency_hz": 200.0, "shape_amb_a": -0.5, "shape_unbalance": 0.4})])
+def test_one_machine_said_in_two_ways_is_one(effect, true, other):
+    deviation = {name: 0.01 * abs(value) for name, value in true.items()}
+    for said in (true, other):
+        found = {name: {"value": value, "std": deviation[name]} for name, value in said.items()}
+        assert max(map(abs, bench_diagnosis._errors_of(effect, true, found).values())) < 1e-9
+    half = {name: {"value": (true if name == "shape_amb_a" or name == "bow_a_m" else other)[name], "std": deviation[name]} for name in true}
+    assert max(map(abs, bench_diagnosis._errors_of(effect, true, half).values())) > 100.0
+
+
 def test_a_miss_is_counted(tmp_path):
     (tmp_path / "truth.yaml").write_text(TRUTH)
     row = bench_diagnosis.judge(bench_diagnosis.truth_of(tmp_path / "truth.yaml"), diagnosis("shaft_bow"))

@@ -81,12 +81,14 @@ def parameter_errors(true: dict, found: dict) -> dict[str, float]:
     return errors
 
 
-def _mirrored(parameters: dict) -> dict:
-    """The same bow with its phase half a turn on."""
-    turned = dict(parameters)
-    for name in ("bow_a_m", "bow_b_m"):
-        turned[name] = -parameters[name]
-    turned["phase_rad"] = parameters["phase_rad"] + math.pi
+def _mirrored(effect: str, parameters: dict) -> dict:
+    """The same machine said in the other way: a bow with its phase half a turn on, a mode with all its shapes turned round."""
+    sign = {"shaft_bow": "bow_", "shaft_flexibility": "shape_"}.get(effect)
+    if sign is None:
+        return parameters
+    turned = {name: -value if name.startswith(sign) else value for name, value in parameters.items()}
+    if "phase_rad" in turned:
+        turned["phase_rad"] += math.pi
     return turned
 
 
@@ -100,12 +102,8 @@ def _at_its_reference(true: dict, found: dict) -> dict:
 def _errors_of(effect: str, true: dict, found: dict) -> dict[str, float]:
     if "reference_speed_hz" in true and "reference_speed_hz" in found:
         found = _at_its_reference(true, found)
-    errors = parameter_errors(true, found)
-    if effect == "shaft_bow":
-        other = parameter_errors(_mirrored(true), found)
-        if sum(e * e for e in other.values()) < sum(e * e for e in errors.values()):
-            return other
-    return errors
+    ways = [parameter_errors(said, found) for said in (true, _mirrored(effect, true))]
+    return min(ways, key=lambda errors: sum(e * e for e in errors.values()))
 
 
 def judge(made: dict, diagnosis: dict) -> dict:
