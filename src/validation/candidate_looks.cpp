@@ -315,13 +315,15 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   return winner;
 }
 
-bool Candidates::explainsContact(const Trial& trial, const References& references) const {
+std::optional<ExplainedContact> Candidates::explainsContact(const Trial& trial, const References& references) const {
   const Eigen::VectorXd own = trial.nuisance();
   // contact may tell what the runs without leave open of its numbers: gains of all sensors and Ki by one factor
   const QuadraticPrior prior = {trial.fit.normal.h, trial.fit.x};
   const Trial there = fit(trial.effects(), &own, references.contact.local, {Through::contact, first_look_iterations, false, true}, &prior);
-  const FitResult& reference = (there.stride > 1 ? references.sparse : references.contact).fit;
-  return there.fit.finite && Misfit(there.fit, reference, floorOf(references)).takesMost(little_misfit);
+  const Trial& reference = there.stride > 1 ? references.sparse : references.contact;
+  const Misfit misfit(there.fit, reference.fit, floorOf(references));
+  if (!there.fit.finite || !misfit.takesMost(little_misfit)) return {};
+  return ExplainedContact{evidence(there, reference), misfit.takesNearlyAll() || misfit.isWhereRightOnesAre()};
 }
 
 void Candidates::value(Trial& trial, const References& references) const {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -181,6 +182,12 @@ struct LeftOpen {
   bool byChance() const { return deviations * deviations < numbers + 3.0 * std::sqrt(2.0 * numbers); }
 };
 
+/// What an effect does there that was looked at without contact, and takes most of what is off through it.
+struct ExplainedContact {
+  double evidence;
+  bool leaves_nothing;  ///< or all but nothing
+};
+
 class Candidates {
  public:
   /// @param limit  once it is up looks and refits take no further rounds
@@ -258,7 +265,7 @@ class Candidates {
   /// Of the runs to fit, through contact: the largest mean square over the noise as a fit has left them.
   double worstThroughContact(const Trial& trial) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.
-  bool explainsContact(const Trial& trial, const References& references) const;
+  std::optional<ExplainedContact> explainsContact(const Trial& trial, const References& references) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
   void finish(std::vector<Trial>& trials, const References& references, const Leaders& leaders,
               const std::function<void(const std::string&)>& tell) const;

@@ -72,7 +72,7 @@ bool Diagnoser::earns(const Trial& trial) const {
 /// effect may still be too far off for those of the runs to validate. Or whether it takes most of what is off through contact, though it
 /// hardly shows without: a current limit that no other run reaches.
 bool Diagnoser::promises(const Trial& trial) const {
-  if (trial.usable() && trial.effect == explains_contact_) return trial.evidence >= least_evidence;
+  if (trial.usable() && trial.effect == explains_contact_) return trial.evidence >= least_evidence;  // contact's among it
   return trial.usable() && needsContact(trial.effect) && trial.evidence >= plain_promise && isAstray(references_.of(trial)) &&
          !isAstray(trial);
 }

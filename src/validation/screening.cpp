@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "amb_rotor/validation/ranking.hpp"
 #include "foreseen.hpp"
@@ -134,6 +135,22 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
   return out;
 }
 
+/// Which effects that were looked at without contact may be what is off there, the likeliest first: the best, which may show little (a
+/// damping that turns with the rotor, where no bearing holds it), and those that have no size at which they do nothing, where the runs
+/// speak neither for them nor against them (a current limit that only rubs reach).
+std::vector<const Trial*> mayExplainContact(const std::vector<Trial>& trials) {
+  const auto more = [](const Trial* a, const Trial* b) { return a->evidence > b->evidence; };
+  std::vector<const Trial*> shown, open;
+  for (const Trial& t : trials) {
+    if (!t.usable()) continue;
+    if (t.evidence > least_evidence) shown.push_back(&t);
+    else if (t.evidence > -least_evidence && !isNested(t.effect)) open.push_back(&t);
+  }
+  std::stable_sort(open.begin(), open.end(), more);
+  if (!shown.empty()) open.insert(open.begin(), *std::min_element(shown.begin(), shown.end(), more));
+  return open;
+}
+
 }  // namespace
 
 bool isInSight(double level, double nearest, bool settled) {
@@ -212,14 +229,17 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
     if (out.none_near) return out;
   }
   if (!contact.empty() && !references.through_contact && !leaders.waits(references)) candidates.referThroughContact(references);
-  // what shows little without contact may be what is off there: a damping that turns with the rotor, where no bearing holds it
-  const bool may_explain = candidates.haveContact() && !contact.empty() && leaders.free > least_evidence;
-  if (may_explain && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references)) {
-    const auto less = [](const Trial& a, const Trial& b) { return (a.usable() ? a.evidence : -1e300) < (b.usable() ? b.evidence : -1e300); };
-    const Trial& leader = *std::max_element(trials.begin(), trials.end(), less);
-    leaders.explains_contact = candidates.explainsContact(leader, references);
-    if (leaders.explains_contact) out.explains_contact = leader.effect;
-  }
+  std::optional<ExplainedContact> explained;
+  if (candidates.haveContact() && !contact.empty() && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references))
+    for (const Trial* trial : mayExplainContact(trials)) {
+      explained = candidates.explainsContact(*trial, references);
+      // what shows nowhere else bends to whatever is missing there: a foundation took all but 0.2 of 13 that a ring had left
+      if (explained && !explained->leaves_nothing && trial->evidence <= least_evidence) explained.reset();
+      if (!explained) continue;
+      leaders.explains_contact = true;
+      out.explains_contact = trial->effect;
+      break;
+    }
   progress(each * trials.size(), "a glance at each through contact");
   std::vector<Trial> glimpsed = glimpses(candidates, contact, standing, leaders);
   const bool windows_grow = references.through_contact && !leaders.settles(references) && isAstray(references.sparse);
@@ -233,6 +253,11 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
   }
   out.contact_waited = candidates.haveContact() && leaders.waits(references);
   candidates.finish(trials, references, leaders, [&](const std::string& name) { progress(looked_at, name + ", to the end"); });
+  if (explained) {
+    for (Trial& t : trials)
+      if (t.effect == out.explains_contact && t.usable()) t.evidence += explained->evidence;
+    std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) { return a.evidence > b.evidence; });
+  }
   progress(fitted, "judging on the runs to validate");
   judge(candidates, standing, leaders.through_contact ? near_share : rival_share, trials);
   return out;

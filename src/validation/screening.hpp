@@ -19,7 +19,7 @@ struct Standing {
 
 struct Screening {
   std::vector<Trial> trials;    ///< the most evidence first
-  std::string explains_contact;  ///< effect that shows without contact, however little, and takes most of what is off there; empty: none
+  std::string explains_contact;  ///< effect that was looked at without contact and takes most of what is off there; empty: none
   bool contact_waited = false;  ///< candidates through contact were not looked at, see Leaders::waits()
   bool none_near = false;       ///< beside a stand-in no look without contact takes much: none was followed, nor judged
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "../../src/validation/screening.hpp"
 #include "../support/long_tests.hpp"
@@ -133,7 +134,7 @@ TEST(ScreeningLooks, ContactTellsWhatTheRunsWithoutLeaveOpenOfGains) {
   // as far as that contact stands by it, asked whether they explain it
   beside.candidates.referThroughContact(beside.references);
   gains.fit.x += 12.0 / deviation * gains.fit.covariance.col(first);
-  EXPECT_TRUE(beside.candidates.explainsContact(gains, beside.references));
+  EXPECT_TRUE(beside.candidates.explainsContact(gains, beside.references).has_value());
 }
 
 /// A reference that a motor's pull has led to another Ki and mass has the first look begin on the wrong side.
@@ -150,11 +151,37 @@ TEST(ScreeningLooks, WhatShowsLittleWithoutContactAndExplainsItComesBeforeARing)
   Beside beside(madeSet(59, "internal_damping", 0.4, true, {"steady_2", "drop_1", "drop_2", "rub_1", "steady_4"}));
   const Screening seen = beside.screened({"internal_damping", "inner_ring_spin"}, false, false);
   const Trial& damping = trialOf(seen, "internal_damping");
-  ASSERT_GT(damping.evidence, beside.references.worth);
-  ASSERT_LT(damping.evidence, 900.0) << "it is beyond doubt without contact, and this shows nothing";
+  const double without_contact = beside.candidates.evidence(damping, beside.references.free);
+  ASSERT_GT(without_contact, beside.references.worth);
+  ASSERT_LT(without_contact, 900.0) << "it is beyond doubt without contact, and this shows nothing";
+  EXPECT_GT(damping.evidence, without_contact) << "what it explains through contact speaks for it, too";
   EXPECT_GT(beside.references.contact.fit.squares, 1.25 * beside.references.contact.fit.count);
   EXPECT_TRUE(seen.contact_waited);
   EXPECT_FALSE(trialOf(seen, "inner_ring_spin").usable());
+}
+
+/// Runs without contact speak neither for it nor against it, rubs for nothing else.
+TEST(ScreeningLooks, ALimitThatOnlyRubsReachExplainsThem) {
+  const MadeSet& set = madeSet(2900101, "current_saturation", 0.0, true, {"chirp_1", "steady_2", "rub_1", "drop_1", "steady_4"});
+  Beside beside(set);
+  const Screening seen = beside.screened({"static_load", "control_delay", "current_saturation", "velocity_dependent_friction"}, false, false);
+  const Trial& limit = trialOf(seen, "current_saturation");
+  ASSERT_LT(beside.candidates.evidence(limit, beside.references.free), least_evidence) << "it shows without contact, and this shows nothing";
+  EXPECT_EQ(seen.explains_contact, "current_saturation");
+  EXPECT_EQ(seen.trials.at(0).effect, "current_saturation");
+  EXPECT_GT(limit.evidence, 1000.0);
+  EXPECT_TRUE(seen.contact_waited);
+}
+
+/// What shows nowhere else bends to whatever is missing through contact: what it takes of that is no proof, what it leaves is.
+TEST(ScreeningLooks, AFoundationTakesMostOfWhatARingLeavesButDoesNotExplainIt) {
+  Beside beside(madeSet(61, "inner_ring_spin", 0.0, true, {"chirp_1", "steady_2", "drop_1", "rub_1", "steady_4"}));
+  const Trial mode = beside.candidates.look("foundation_resonance", {}, beside.references, {});
+  beside.candidates.referThroughContact(beside.references);
+  const std::optional<ExplainedContact> explained = beside.candidates.explainsContact(mode, beside.references);
+  ASSERT_TRUE(explained.has_value());
+  EXPECT_GT(explained->evidence, 1000.0);
+  EXPECT_FALSE(explained->leaves_nothing);
 }
 
 TEST(ScreeningLooks, NothingIsToBeHadThroughContactBesideTheRightModel) {
