@@ -37,9 +37,8 @@ constexpr double settled_share = 0.02;
 /// is left below so many times the noise's square, or the pass before has taken such a share off.
 constexpr double searched_again = 4.0, falling_share = 0.3;
 
-/// Mean square of the windows over the noise from which on steps may be longer than their normal equations say: nearer to the noise
-/// what the gradient loses is that of the hollows.
-constexpr double far_from_noise = 1.5;
+/// Drop of chi2 that a step through contact must promise for shorter ones to be tried where it fails: hollows are deeper than this.
+constexpr double within_hollows = 3.0;
 
 /// Through impacts the linear model of an effect is good for a few of its parameters' scales only. Of a nuisance: no bound.
 Eigen::VectorXd trustedLengths(const FitSpace& space) {
@@ -58,6 +57,7 @@ void NormalEquations::add(const NormalEquations& other) {
   squares += other.squares;
   count += other.count;
   occam += other.occam;
+  starts += other.starts;
   scores += other.scores;
   finite = finite && other.finite;
 }
@@ -313,7 +313,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
       }
     bool improved = false, converged = false;
     for (int attempt = 0; attempt < options.attempts; ++attempt) {
-      const bool eased = ease.value() > 1.0 && now.windows.chi2 > far_from_noise * now.windows.count;
+      const bool eased = ease.isWanted(now.windows.chi2 / std::max(1.0, now.windows.count));
       Eigen::MatrixXd damped = h;
       if (eased) ease.relieve(now.windows.h, options.held, damped);
       for (int k = 0; k < p; ++k) {
@@ -380,7 +380,7 @@ FitResult fit(const FitProblem& problem, const Eigen::VectorXd& start, const std
         ease.shorten();
       else
         ease = {};  // the last one is as long as the normal equations say
-      if (attempt >= 3 && expected < 1.0) break;
+      if (windows ? expected < within_hollows : attempt >= 3 && expected < 1.0) break;
     }
     ++result.iterations;
     if (!improved || converged) break;

@@ -114,13 +114,14 @@ struct RunSums {
     before += window.squares;
     count += residuals;
     occam += part.occam;
+    starts += static_cast<double>(part.step.size());
     return left / residuals;
   }
 
   Eigen::MatrixXd h;
   Eigen::VectorXd g;
   Eigen::MatrixXd scores;
-  double chi2 = 0.0, squares = 0.0, count = 0.0, occam = 0.0;
+  double chi2 = 0.0, squares = 0.0, count = 0.0, occam = 0.0, starts = 0.0;
   double before = 0.0;  ///< squares before the steps of the windows' starts
 };
 
@@ -253,6 +254,7 @@ NormalEquations FitProblem::evaluateWindows(const Eigen::VectorXd& x, const std:
   normal.chi2 = sums.chi2;
   normal.squares = sums.squares;
   normal.occam = sums.occam;
+  normal.starts = sums.starts;
   normal.count = sums.count;
   result.mean_square = sums.count > 0.0 ? sums.squares / sums.count : 0.0;
   result.finite = normal.finite;

@@ -14,6 +14,9 @@ namespace amb_rotor {
 class WindowEase {
  public:
   double value() const { return ease_; }
+  /// Whether a step should be longer for it, where the windows leave so much.
+  /// @param mean_square  over the noise
+  bool isWanted(double mean_square) const;
   /// @param h, g   the windows' normal equations where a step began, g minus the gradient of half their squares
   /// @param after  g where it ended
   void learn(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const Eigen::VectorXd& after, const Eigen::VectorXd& step);

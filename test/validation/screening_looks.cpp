@@ -184,6 +184,25 @@ TEST(ScreeningLooks, AFoundationTakesMostOfWhatARingLeavesButDoesNotExplainIt) {
   EXPECT_FALSE(explained->leaves_nothing);
 }
 
+/// How well windows know their starts hangs on the hollows that they end in; how many starts they have does not.
+TEST(ScreeningLooks, HowWellTheSameStartsAreKnownIsNoEvidence) {
+  Beside beside(madeSet(57, "compliant_mount", 0.0, true, {"chirp_1", "rub_1", "drop_1"}));
+  const auto standing = [&](const Settings& effects) {
+    return beside.candidates.fit(effects, nullptr, beside.references.free.local, {Through::contact, 0, false, true}, &beside.references.prior);
+  };
+  const Trial without = standing({});
+  Trial aside = standing({{"auxiliary_bearing_misalignment", {0.0, 0.0, 0.0, 0.0}}});
+  ASSERT_EQ(aside.fit.normal.starts, without.fit.normal.starts);
+  const double before = beside.candidates.evidence(aside, without);
+  aside.fit.normal.occam -= 500.0;
+  EXPECT_EQ(beside.candidates.evidence(aside, without), before);
+  Trial mount = standing({{"compliant_mount", {1e7, 1e2, 0.2}}});
+  ASSERT_GT(mount.fit.normal.starts, without.fit.normal.starts);
+  const double dear = beside.candidates.evidence(mount, without);
+  mount.fit.normal.occam -= 500.0;
+  EXPECT_GT(beside.candidates.evidence(mount, without), dear + 200.0);
+}
+
 TEST(ScreeningLooks, NothingIsToBeHadThroughContactBesideTheRightModel) {
   // a window that one glance at the reference throws off would be worth some 800 to whatever is looked at
   const MadeSet& set = madeSet(57, "compliant_mount", 0.0, true, {"chirp_1", "rub_1", "drop_1"});

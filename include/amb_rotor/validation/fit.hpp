@@ -47,6 +47,7 @@ struct NormalEquations {
   double squares = 0.0;  ///< of the residuals alone, each over its noise
   double count = 0.0;  ///< residuals
   double occam = 0.0;  ///< log det of the windows' unknowns' curvature over their priors': what free starts cost
+  double starts = 0.0;  ///< number of these unknowns
   WindowsShare windows;
   Eigen::MatrixXd scores;  ///< sum over blocks of time of the outer product of their scores
   bool finite = true;
