@@ -219,7 +219,7 @@ double Candidates::evidence(const Trial& trial, const Trial& against) const {
   const double level = std::max(1.0, trial.fit.normal.chi2 / std::max(1.0, trial.fit.count));
   const int more = trial.space->size() - against.space->size();
   // states of its own (a mount's) that each window estimates anew are unknowns too. Of the same ones it would tell how well windows know
-  // them, which hangs on the hollows that they end in: 500 for a bearing aside beside a right mount whose chi2 was lower
+  // them, which hangs on the hollows that they end in: it was worth 270 to a bearing aside beside a right mount that left no more
   const NormalEquations &own = trial.fit.normal, &others = against.fit.normal;
   const double starts = own.starts != others.starts ? others.occam - own.occam : 0.0;
   return 0.5 * (trial.stride * ((against.fit.chi2 - trial.fit.chi2) / level + starts) -

@@ -114,7 +114,7 @@ struct Leaders {
   bool through_contact = false;  ///< one leaves next to nothing through contact: the others are looked at once there, at some windows
   bool contact_waits = true;     ///< where waits() says so
   bool only_serious = false;  ///< what is foreseen far behind the leader without contact is not looked at
-  bool explains_contact = false;  ///< that leader, too: it takes most of what is off through contact
+  bool explains_contact = false;  ///< one that was looked at without contact takes most of what is off there, see isBelieved()
   double short_level = 1e300;  ///< the least that one through contact leaves over the shortest windows
 
   void add(const Trial& trial, const References& references);

@@ -139,19 +139,23 @@ std::vector<Trial> glimpses(const Candidates& candidates, std::vector<std::strin
 /// damping that turns with the rotor, where no bearing holds it), and those that have no size at which they do nothing, where the runs
 /// speak neither for them nor against them (a current limit that only rubs reach).
 std::vector<const Trial*> mayExplainContact(const std::vector<Trial>& trials) {
-  const auto more = [](const Trial* a, const Trial* b) { return a->evidence > b->evidence; };
-  std::vector<const Trial*> shown, open;
+  const Trial* leader = nullptr;
+  std::vector<const Trial*> out;
   for (const Trial& t : trials) {
     if (!t.usable()) continue;
-    if (t.evidence > least_evidence) shown.push_back(&t);
-    else if (t.evidence > -least_evidence && !isNested(t.effect)) open.push_back(&t);
+    if (t.evidence > least_evidence) leader = leader == nullptr || t.evidence > leader->evidence ? &t : leader;
+    else if (t.evidence > -least_evidence && !isNested(t.effect)) out.push_back(&t);
   }
-  std::stable_sort(open.begin(), open.end(), more);
-  if (!shown.empty()) open.insert(open.begin(), *std::min_element(shown.begin(), shown.end(), more));
-  return open;
+  std::stable_sort(out.begin(), out.end(), [](const Trial* a, const Trial* b) { return a->evidence > b->evidence; });
+  if (leader != nullptr) out.insert(out.begin(), leader);
+  return out;
 }
 
 }  // namespace
+
+bool isBelieved(const ExplainedContact& explained, double without_contact) {
+  return explained.leaves_nothing || without_contact > least_evidence;
+}
 
 bool isInSight(double level, double nearest, bool settled) {
   return level <= (settled ? std::max(half_way, about_as_near * nearest) : not_in_sight);
@@ -233,8 +237,7 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
   if (candidates.haveContact() && !contact.empty() && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references))
     for (const Trial* trial : mayExplainContact(trials)) {
       explained = candidates.explainsContact(*trial, references);
-      // what shows nowhere else bends to whatever is missing there: a foundation took all but 0.2 of 13 that a ring had left
-      if (explained && !explained->leaves_nothing && trial->evidence <= least_evidence) explained.reset();
+      if (explained && !isBelieved(*explained, trial->evidence)) explained.reset();
       if (!explained) continue;
       leaders.explains_contact = true;
       out.explains_contact = trial->effect;

@@ -24,6 +24,11 @@ struct Screening {
   bool none_near = false;       ///< beside a stand-in no look without contact takes much: none was followed, nor judged
 };
 
+/// Whether an effect that was looked at without contact is what is off through it. One that shows nowhere else bends to whatever is
+/// missing there: a foundation's mode took all but 0.2 of 13 that a ring had left.
+/// @param without_contact  its evidence there
+bool isBelieved(const ExplainedContact& explained, double without_contact);
+
 /// Whether a candidate through contact is looked at from where the best of its starts stands.
 /// @param level    what it leaves there, over what the reference leaves
 /// @param nearest  the same of the candidate that was looked at first

@@ -182,6 +182,9 @@ TEST(ScreeningLooks, AFoundationTakesMostOfWhatARingLeavesButDoesNotExplainIt) {
   ASSERT_TRUE(explained.has_value());
   EXPECT_GT(explained->evidence, 1000.0);
   EXPECT_FALSE(explained->leaves_nothing);
+  EXPECT_FALSE(isBelieved(*explained, 4.0)) << "it shows nowhere else";
+  EXPECT_TRUE(isBelieved(*explained, 2.0 * least_evidence));
+  EXPECT_TRUE(isBelieved({explained->evidence, true}, 4.0));
 }
 
 /// How well windows know their starts hangs on the hollows that they end in; how many starts they have does not.
