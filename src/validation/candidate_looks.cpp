@@ -62,6 +62,9 @@ constexpr double little_misfit = 1.2;
 /// What right models mostly leave through contact, at most and in drops, where the currents are still; and the share of what the
 /// reference leaves above the latter that one takes which leaves so little.
 constexpr double right_square = 0.93, still_square = 0.8, half = 0.5;
+/// The share of that which one step over few windows must take where looks over more are to tell whether an effect explains it: right ones
+/// took 0.99 and more of it, gains far off 0.19, wrong ones at most 0.15; and of an effect that has to leave nothing.
+constexpr double begun = 0.15, begun_to_leave_nothing = 0.5;
 /// Iterations in a round for the other starts of a candidate that has several hills.
 constexpr int climbing_iterations = 8;
 /// Evidence after the first look below which a candidate is not followed.
@@ -102,6 +105,10 @@ struct Misfit {
   /// Whether it leaves no more than right models mostly do, and the reference plainly more.
   bool isWhereRightOnesAre() const {
     return left < right_square * count && left - still_square * count < half * (reference - still_square * count);
+  }
+  /// Whether it has plainly taken less than this share of what the reference leaves above the floor.
+  bool takesLess(double share) const {
+    return reference > little_misfit * count && reference - left < share * (reference - count);
   }
   /// Whether it leaves next to nothing.
   bool leavesNothing() const {
@@ -280,6 +287,7 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
     if (more.fit.chi2 >= winner.fit.chi2) break;
     winner = std::move(more);
     value(winner, references);
+    if (!contact && winner.fit.iterations < approach_iterations) break;  // it has come to rest
   }
   if (!contact || leaders.settles(references) || !winner.fit.finite || limit_.isUp()) return winner;
   const auto take = [&](Trial more) {
@@ -315,13 +323,26 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   return winner;
 }
 
-std::optional<ExplainedContact> Candidates::explainsContact(const Trial& trial, const References& references) const {
+std::optional<ExplainedContact> Candidates::explainsContact(const Trial& trial, const References& references,
+                                                            bool shows_without) const {
   const Eigen::VectorXd own = trial.nuisance();
   // contact may tell what the runs without leave open of its numbers: gains of all sensors and Ki by one factor
   const QuadraticPrior prior = {trial.fit.normal.h, trial.fit.x};
-  const Trial there = fit(trial.effects(), &own, references.contact.local, {Through::contact, first_look_iterations, false, true}, &prior);
+  const double floor = floorOf(references);
+  const std::vector<LocalState>& local = references.contact.local;
+  if (strideOver(trial.effects(), start_stride) > 1) {  // wrong ones lead windows astray, and take long: few windows first
+    FitEffort glance = {Through::contact, glance_iterations, false, true, start_stride};
+    glance.attempts = 1;
+    const Trial begins = fit(trial.effects(), &own, local, glance, &prior);
+    glance.iterations = 0;
+    const Eigen::VectorXd referred = references.contact.nuisance();
+    const Trial without = fit(references.contact.effects(), &referred, local, glance, &references.prior);
+    const double least = shows_without ? begun : begun_to_leave_nothing;
+    if (!begins.fit.finite || Misfit(begins.fit, without.fit, floor).takesLess(least)) return {};
+  }
+  const Trial there = fit(trial.effects(), &own, local, {Through::contact, first_look_iterations, false, true}, &prior);
   const Trial& reference = there.stride > 1 ? references.sparse : references.contact;
-  const Misfit misfit(there.fit, reference.fit, floorOf(references));
+  const Misfit misfit(there.fit, reference.fit, floor);
   if (!there.fit.finite || !misfit.takesMost(little_misfit)) return {};
   return ExplainedContact{evidence(there, reference), misfit.takesNearlyAll() || misfit.isWhereRightOnesAre()};
 }

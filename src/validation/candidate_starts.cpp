@@ -17,10 +17,11 @@ namespace {
 /// A start whose gain is foreseen at so many times less than what would bring it near the leader is not taken seriously:
 /// one look, and no steps to come near.
 constexpr double foreseen_short = 3.0;
+/// Mean square over the noise below which little is off without contact.
+constexpr double at_noise = 1.03;
 /// Of the hills of a scan so many are followed.
 constexpr std::size_t followed_hills = 4;
-/// Through contact starts are told by every so many-th window alone; where an effect asks for all windows, of so many the best of them.
-constexpr int start_stride = 12;
+/// Of so many starts that stand best at some windows an effect which asks for all windows goes on.
 constexpr std::size_t told_by_all = 3;
 /// Without contact one start is enough where its gain is so many times the next one's.
 constexpr double clearly_better = 2.0;
@@ -75,7 +76,10 @@ std::vector<Candidates::Start> Candidates::promisingFree(std::vector<Settings>& 
   Settings at_belief = starts[0];
   const auto known = references.promises.find(starts[0].back().id);
   const bool promised = known != references.promises.end();
-  const auto mayComeNear = [&](double foreseen) { return foreseen_short * foreseen > in_reach * leaders.free_drop; };
+  // at the noise the first order tells, and what cannot be worth its place there is asked for its rank only
+  const bool little_off = references.free.fit.squares < at_noise * references.free.fit.count;
+  const double asked = std::max(in_reach * leaders.free_drop, little_off ? least_evidence : 0.0);
+  const auto mayComeNear = [&](double foreseen) { return foreseen_short * foreseen > asked; };
   if (starts.size() == 1 && promised && isToldByPromise(starts[0].back().id)) serious = mayComeNear(known->second.evidence);
   if (starts.size() > 1) {
     const bool same = promised && nuisances[0] == references.free.nuisance() && known->second.gains.size() == starts.size();

@@ -155,6 +155,9 @@ struct FitEffort {
   bool thorough = false;  ///< every guess of a window's start is tried in the first evaluation, as in a first look
 };
 
+/// Where few windows tell of an effect alone, of so many each time.
+constexpr int start_stride = 12;
+
 /// How runs to validate are evaluated that lead on from their last evaluation (see evaluateSettled()).
 enum class Judging {
   glance,   ///< once: of what will not be taken
@@ -265,7 +268,8 @@ class Candidates {
   /// Of the runs to fit, through contact: the largest mean square over the noise as a fit has left them.
   double worstThroughContact(const Trial& trial) const;
   /// Whether an effect that has been looked at without contact takes most of what is off through contact.
-  std::optional<ExplainedContact> explainsContact(const Trial& trial, const References& references) const;
+  /// @param shows_without  whether it shows there; one that does not has to leave nothing through contact
+  std::optional<ExplainedContact> explainsContact(const Trial& trial, const References& references, bool shows_without) const;
   /// Follows the most promising looks to their end, best first; fills `evidence`. `tell` hears each one's name.
   void finish(std::vector<Trial>& trials, const References& references, const Leaders& leaders,
               const std::function<void(const std::string&)>& tell) const;

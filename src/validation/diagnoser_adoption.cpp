@@ -144,7 +144,7 @@ void Diagnoser::join(const Settings& from, int iterations) {
 
 /// Whether what is off through contact stays when an effect is adopted that shows without.
 bool Diagnoser::staysAstrayThroughContact(const Trial& adopted) const {
-  return references_.through_contact && isAstray(references_.contact) && !candidates_.explainsContact(adopted, references_);
+  return references_.through_contact && isAstray(references_.contact) && !candidates_.explainsContact(adopted, references_, true);
 }
 
 /// Everything refitted to all runs; the model as it stands from then on. Runs with contact wait while an effect that shows without

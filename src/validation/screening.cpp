@@ -236,7 +236,7 @@ Screening screen(Candidates& candidates, const std::vector<std::string>& names, 
   std::optional<ExplainedContact> explained;
   if (candidates.haveContact() && !contact.empty() && contact_may_wait && !leaders.waits(references) && plainlyOffThroughContact(references))
     for (const Trial* trial : mayExplainContact(trials)) {
-      explained = candidates.explainsContact(*trial, references);
+      explained = candidates.explainsContact(*trial, references, trial->evidence > least_evidence);
       if (explained && !isBelieved(*explained, trial->evidence)) explained.reset();
       if (!explained) continue;
       leaders.explains_contact = true;

@@ -134,7 +134,7 @@ TEST(ScreeningLooks, ContactTellsWhatTheRunsWithoutLeaveOpenOfGains) {
   // as far as that contact stands by it, asked whether they explain it
   beside.candidates.referThroughContact(beside.references);
   gains.fit.x += 12.0 / deviation * gains.fit.covariance.col(first);
-  EXPECT_TRUE(beside.candidates.explainsContact(gains, beside.references).has_value());
+  EXPECT_TRUE(beside.candidates.explainsContact(gains, beside.references, true).has_value());
 }
 
 /// A reference that a motor's pull has led to another Ki and mass has the first look begin on the wrong side.
@@ -178,7 +178,7 @@ TEST(ScreeningLooks, AFoundationTakesMostOfWhatARingLeavesButDoesNotExplainIt) {
   Beside beside(madeSet(61, "inner_ring_spin", 0.0, true, {"chirp_1", "steady_2", "drop_1", "rub_1", "steady_4"}));
   const Trial mode = beside.candidates.look("foundation_resonance", {}, beside.references, {});
   beside.candidates.referThroughContact(beside.references);
-  const std::optional<ExplainedContact> explained = beside.candidates.explainsContact(mode, beside.references);
+  const std::optional<ExplainedContact> explained = beside.candidates.explainsContact(mode, beside.references, true);
   ASSERT_TRUE(explained.has_value());
   EXPECT_GT(explained->evidence, 1000.0);
   EXPECT_FALSE(explained->leaves_nothing);
