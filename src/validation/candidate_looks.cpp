@@ -196,6 +196,11 @@ bool Leaders::mayBeRight(double at_short_windows, const References& references) 
   return left < std::min(led_away * reference, std::max(nearly_right * reference, far_behind * (short_level / floor - 1.0)));
 }
 
+bool Leaders::isNearlyRight(double at_short_windows, const References& references) const {
+  const double floor = floorOf(references), reference = references.short_level / floor - 1.0;
+  return reference > seen_at_short_windows && at_short_windows / floor - 1.0 < nearly_right * reference;
+}
+
 Trial Candidates::bestOf(std::vector<Settings>& starts, const std::vector<Eigen::VectorXd>& nuisances, const References& references,
                          bool contact, const Leaders& leaders, const std::vector<double>& levels, bool& serious) const {
   auto followed = contact ? promisingThroughContact(starts, nuisances, references, leaders, levels)
@@ -302,8 +307,10 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   // where the reference is near the floor there is little to be had by what is far above it
   bool may_be_right = true;
   if (grows)
-    take(lengthened(winner, effort, &references.prior, &references.of(winner),
-                    [&](double level) { return may_be_right = leaders.mayBeRight(level, references); }));
+    take(lengthened(winner, effort, &references.prior, &references.of(winner), [&](double level) {
+      may_be_right = leaders.mayBeRight(level, references);
+      return !may_be_right ? 0 : leaders.isNearlyRight(level, references) ? finishing_iterations : lengthening_iterations;
+    }));
   if (!may_be_right) return winner;
   if (Misfit(winner, references).takesMost()) {  // to the end at once: where it leaves nothing, the others need less
     const bool at_rest = winner.grown > 0.0 && winner.fit.iterations < lengthening_iterations;

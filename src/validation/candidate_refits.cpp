@@ -162,7 +162,7 @@ double Candidates::worstThroughContact(const Trial& trial) const {
 }
 
 Trial Candidates::lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against,
-                             const std::function<bool(double)>& go_on) const {
+                             const std::function<int(double)>& longer) const {
   Trial at = from;
   double short_level = 0.0;
   for (const double share : {shortest_share, 0.5, 1.0}) {
@@ -181,7 +181,14 @@ Trial Candidates::lengthened(const Trial& from, FitEffort effort, const Quadrati
     if (!at.fit.finite) break;
     if (share != shortest_share) continue;
     short_level = at.level();
-    if (go_on && !go_on(short_level)) return from;
+    if (!longer) continue;
+    const int begun = effort.iterations;
+    effort.iterations = longer(short_level);
+    if (effort.iterations == 0) return from;
+    if (effort.iterations <= begun || at.fit.iterations < begun || limit_.isUp()) continue;
+    const Eigen::VectorXd own = at.nuisance();  // an iteration over longer windows takes longer
+    Trial more = fit(at.effects(), &own, at.local, effort, prior);
+    if (more.fit.finite && more.fit.chi2 < at.fit.chi2) at = std::move(more);
   }
   at.grown = at.fit.chi2;
   at.short_level = short_level;

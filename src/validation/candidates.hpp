@@ -130,6 +130,8 @@ struct Leaders {
   /// Whether what a candidate leaves over the shortest windows may be a right one's: there hollows are few, and a wrong one leaves about
   /// what none does, or many times what the leader does.
   bool mayBeRight(double at_short_windows, const References& references) const;
+  /// Whether it leaves as little there as right ones do after the first iterations: it is worth as many more as it takes.
+  bool isNearlyRight(double at_short_windows, const References& references) const;
   /// Whether candidates through contact need one look only.
   bool settles(const References& references) const { return through_contact || beyondContact(references); }
 };
@@ -218,9 +220,10 @@ class Candidates {
   /// Fitted anew over windows through contact that are short at first and grow to their usual length: the longer a window, the
   /// more impacts a wrong model misses in it, and the more hollows there are beside the right one.
   /// @param against  a reference at the same windows; where half the length does not come well below it, `from` is returned
-  /// @param go_on    asked what the shortest windows leave, if anybody; false: the same
+  /// @param longer   iterations over longer windows by what the shortest leave, if anybody is asked; 0: `from` is returned. Where they
+  ///                 are more than those of `effort`, the shortest have them, too
   Trial lengthened(const Trial& from, FitEffort effort, const QuadraticPrior* prior, const Trial* against = nullptr,
-                   const std::function<bool(double)>& go_on = {}) const;
+                   const std::function<int(double)>& longer = {}) const;
   /// A fit to all runs, and on from windows through contact that begin anew where some run has gone astray; with an effect there
   /// also over windows that grow: without one the belief's contact may be what is wrong, and the next step tells.
   Trial settled(Trial trial, int iterations) const;

@@ -59,11 +59,22 @@ TEST_F(LengthenedWindows, ALookEndsWithTheShortestWhereTheyTellEnough) {
   double told = 0.0;
   const Trial same = candidates.lengthened(begun, look, &references.prior, nullptr, [&](double level) {
     told = level;
-    return false;
+    return 0;
   });
   EXPECT_EQ(same.fit.chi2, begun.fit.chi2);
   EXPECT_EQ(same.grown, 0.0);
   EXPECT_GT(told, 0.5 * there.short_level) << "friction takes none of it";
+}
+
+TEST_F(LengthenedWindows, TheShortestHaveTheIterationsThatTheyAreWorth) {
+  AMB_ROTOR_SKIP_UNLESS_LONG();
+  const FitEffort look = {Through::contact, 1, false, true};
+  const Eigen::VectorXd own = references.contact.nuisance();
+  const Trial begun = candidates.fit({{misaligned, {0.0, 0.0, 0.0, 0.0}}}, &own, references.contact.local, look, &references.prior);
+  const auto grown = [&](int longer) { return candidates.lengthened(begun, look, &references.prior, nullptr, [&](double) { return longer; }); };
+  const Trial as_asked = grown(1), with_more = grown(4);
+  EXPECT_EQ(with_more.short_level, as_asked.short_level) << "what was told is of the first iterations";
+  EXPECT_LT(with_more.fit.chi2, 0.9 * as_asked.fit.chi2);
 }
 
 TEST_F(LengthenedWindows, WhatAllWindowsHaveToldOfARingIsFollowedThroughAll) {

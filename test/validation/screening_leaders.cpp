@@ -128,6 +128,17 @@ TEST(ScreeningLeaders, ALeaderThatHasTakenNextToAllLeavesNothingThoughItIsAboveT
     }
 }
 
+TEST(ScreeningLeaders, OverShortWindowsARightOneLeavesNextToNothing) {
+  References references = afterBaseline();
+  references.free.fit.count = references.free.fit.squares = 1e5;
+  const Leaders leaders;
+  references.short_level = 1.1;
+  EXPECT_FALSE(leaders.isNearlyRight(0.9, references)) << "they show nothing";
+  references.short_level = 3.0;
+  EXPECT_TRUE(leaders.isNearlyRight(1.09, references)) << "a twentieth of 2";
+  EXPECT_FALSE(leaders.isNearlyRight(1.11, references));
+}
+
 TEST(ScreeningLeaders, OverShortWindowsAWrongOneLeavesWhatNoneDoesOrManyTimesTheLeaders) {
   References references = afterBaseline();
   references.free.fit.count = references.free.fit.squares = 1e5;
