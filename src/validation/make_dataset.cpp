@@ -162,7 +162,7 @@ class Bench {
         return;
       }
       if (!isClean(machine))
-        squares[n] = meanSquare(signals, contact ? runWindows(bare_, plan, signals.window_start) : free_[which[n]], noise_);
+        squares[n] = meanSquare(signals, contact ? runWindows(bare_, plan, signals) : free_[which[n]], noise_);
       if (all != nullptr) (*all)[which[n]] = std::move(signals);
     });
     if (!sound) return -1.0;

@@ -70,6 +70,7 @@ struct Signals {
   double reach = 0.0;                        ///< largest radius at an auxiliary bearing over the clearance
   bool touched = false, sound = true;
   std::vector<MachineState<double>> window_start;  ///< each window_samples
+  int coordinates = 0;                             ///< of the machine that those are states of
 };
 
 /// Noise in the control loop, a value a sample and axis [m].
@@ -77,9 +78,8 @@ using LoopNoise = std::vector<std::array<double, 4>>;
 
 /// Runs the machine through a plan, event-accurate. The noise may be null.
 Signals runMachine(const TrueMachine& machine, const RunPlan& plan, const LoopNoise* noise);
-/// The same in windows of 10 ms, each from a state of another machine's run.
-Signals runWindows(const TrueMachine& machine, const RunPlan& plan,
-                   const std::vector<MachineState<double>>& window_start);
+/// The same in windows of 10 ms, each from a state of another machine's run, of which the coordinates that this one has not are left out.
+Signals runWindows(const TrueMachine& machine, const RunPlan& plan, const Signals& of);
 
 /// Whether a small kick dies away, at standstill and at a speed.
 bool isStable(const TrueMachine& machine, double speed_hz);

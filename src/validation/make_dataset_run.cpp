@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "amb_rotor/common/check.hpp"
 #include "amb_rotor/common/units.hpp"
 #include "amb_rotor/effects/catalogue.hpp"
 #include "amb_rotor/machine/event_stepper.hpp"
@@ -192,14 +193,17 @@ class Way {
     return near;
   }
 
-  /// A state of another machine, made one of this.
-  MachineState<double> adopt(const MachineState<double>& other) const {
+  /// A state of another machine of so many coordinates, of which this one has the first along each axis, made one of this.
+  MachineState<double> adopt(const MachineState<double>& other, int coordinates) const {
     const Simulator<double> sim(machine_, drive_, sample_rate_hz);
     MachineState<double> state = sim.atRest(other.time);
     const auto mechanics = state.mechanics;
     state = other;
     state.mechanics = mechanics;
-    std::copy(other.mechanics.begin(), other.mechanics.begin() + 2 * machine_.coordinates(), state.mechanics.begin());
+    const int modes = machine_.coordinates() / 2;
+    AMB_ROTOR_CHECK(2 * modes <= coordinates, "a window begins from a state that lacks coordinates");
+    for (int part = 0; part < 4; ++part)  // places along x and y, their rates
+      std::copy_n(other.mechanics.begin() + part * (coordinates / 2), modes, state.mechanics.begin() + part * modes);
     state.takeLags(sim.track().lagCount());
     for (int end = 0; end < 2; ++end) {
       state.contact_mode[end] = machine_.contactGuard(end, state.mechanics.data()) > 0.0 ? 1 : 0;
@@ -298,15 +302,15 @@ Signals runMachine(const TrueMachine& machine, const RunPlan& plan, const LoopNo
   Way way(machine, plan);
   MachineState<double> state;
   out.sound = way.settle(state) && way.follow(state, 0, plan.samples, noise, out, plan.run.holdsContact());
+  out.coordinates = way.machine().coordinates();
   return out;
 }
 
-Signals runWindows(const TrueMachine& machine, const RunPlan& plan,
-                   const std::vector<MachineState<double>>& window_start) {
+Signals runWindows(const TrueMachine& machine, const RunPlan& plan, const Signals& of) {
   Signals out;
   Way way(machine, plan);
-  for (std::size_t w = 0; w < window_start.size() && out.sound; ++w) {
-    MachineState<double> state = way.adopt(window_start[w]);
+  for (std::size_t w = 0; w < of.window_start.size() && out.sound; ++w) {
+    MachineState<double> state = way.adopt(of.window_start[w], of.coordinates);
     const long first = static_cast<long>(w) * window_samples;
     out.sound = way.follow(state, first, std::min(plan.samples, first + window_samples), nullptr, out, false);
   }
