@@ -244,8 +244,8 @@ std::vector<std::vector<double>> startingValues(const std::string& effect, const
     return out;
   }
   if (effect == "shaft_crack") {
-    std::vector<std::vector<double>> out;
-    for (int k = 0; k < 4; ++k) out.push_back({0.02, 0.5 * pi * k});
+    std::vector<std::vector<double>> out;  // what it does twice a turn is of one phase at all quarters
+    for (int k = 0; k < 8; ++k) out.push_back({0.02, 0.25 * pi * k});
     return out;
   }
   if (effect == "shaft_flexibility" && belief.rotor_model != RotorModel::rigid_beam) {

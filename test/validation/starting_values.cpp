@@ -192,6 +192,18 @@ TEST(StartingValuesTest, RefusesWhatTheRunsCannotShow) {
   EXPECT_TRUE(starts("magnetic_saturation", silent, free, &why).empty());
 }
 
+/// To first order a crack's stiffness goes with 1, once and twice the turn, each with its phase: one at 45 degrees between the starts
+/// promised a hundredth of what it takes where they were quarters of a turn apart, all of one phase twice a turn.
+TEST(StartingValuesTest, ACracksStartsAreOfAllPhasesOnceAndTwiceATurn) {
+  const auto cracks = starts("shaft_crack", belief(), {recording(RunKind::steady, false)});
+  for (double phase = 0.0; phase < two_pi; phase += 0.1)
+    for (const double times : {1.0, 2.0}) {
+      double along = 0.0;
+      for (const auto& crack : cracks) along = std::max(along, std::fabs(std::cos(times * (crack[1] - phase))));
+      EXPECT_GT(along, 0.7) << times << " times the turn, " << phase;
+    }
+}
+
 TEST(StartingValuesTest, AHertzianStartStoresTheEnergyOfTheLinearLaw) {
   const Model model = belief();
   const double k = model.rig.auxiliary_bearing.stiffness_N_per_m;
