@@ -329,8 +329,8 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
       const Eigen::VectorXd nuisance = at.nuisance();
       return fit(at.effects(), &nuisance, at.local, effort, &prior);
     };
-    const Trial here = fitFrom(trial);
     effort.iterations = walking_iterations;
+    const Trial here = fitFrom(trial);  // as the places are: where the prior holds the rig windows end elsewhere than beside all runs
     std::vector<Trial> places = {here};  // that the runs hardly tell from here, in their order along the valley
     double hollow = end_of_walk;  // how much steeper than the parabola the ways out of here begin, as far as that is followed
     for (const double side : {-first_stride, first_stride}) {
@@ -354,7 +354,7 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
     if (lowest->fit.chi2 < here.fit.chi2 - end_of_walk) {
       const Eigen::VectorXd own = lowest->nuisance();
       Trial more = fit(lowest->effects(), &own, lowest->local, {Through::all, iterations, true});
-      if (more.fit.finite && more.fit.chi2 < trial.fit.chi2) {
+      if (more.fit.finite && more.fit.chi2 < trial.fit.chi2 - worth_anew) {
         trial = std::move(more);
         continue;
       }
