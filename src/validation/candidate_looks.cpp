@@ -277,8 +277,9 @@ Trial Candidates::look(const std::string& effect, const Settings& adopted, const
   value(winner, references);
   // a start that does not contain the reference may need some steps to come near it, and windows whose starts the way
   // there has led astray begin anew
+  const bool little_off = !contact && references.worth < least_evidence;  // no more is to be had than is no evidence
   const auto worthwhile = [&] {
-    return serious && winner.fit.finite && !isNested(effect) &&
+    return serious && !little_off && winner.fit.finite && !isNested(effect) &&
            winner.evidence < std::min(hopeless, -already_near * references.worth) &&
            !(contact && winner.fit.chi2 > out_of_reach * references.of(winner).fit.chi2);
   };
