@@ -119,3 +119,14 @@ def test_the_console_tells_what_a_law_takes_where_it_was_tried(capsys, gain, sai
                      "unexplained": told, "remarks": []})
     line, = [one for one in capsys.readouterr().out.splitlines() if one.startswith("unexplained:")]
     assert (said in line) if said else "%" not in line
+
+
+@pytest.mark.parametrize(("with_contact", "said"), [(0.9, False), (None, True)])
+def test_the_console_tells_which_runs_an_error_is_of(capsys, with_contact, said):
+    """Runs with contact that have waited are in the error as believed, and not in a candidate's."""
+    row = {"effect": "amplifier_lag", "evidence": 67888.4, "validation_error": 1.01, "validation_error_contact": with_contact,
+           "excited": True, "beside": "", "confounded_with": []}
+    print_diagnosis({"verdict": "unknown", "sentences": [], "baseline": {"validation_error": 3.7, "validation_error_contact": 6.2},
+                     "steps": [], "ranking": [row], "unexplained": unexplained([]), "remarks": []})
+    line, = [one for one in capsys.readouterr().out.splitlines() if "amplifier_lag" in one]
+    assert line.endswith("error without contact alone") is said

@@ -78,6 +78,8 @@ def print_diagnosis(diagnosis: dict, told: list[str] | tuple = ()) -> None:
         remarks = []
         if not row["excited"]:
             remarks.append("not excited by these runs")
+        elif baseline.get("validation_error_contact") is not None and row.get("validation_error_contact") is None:
+            remarks.append("error without contact alone")
         if row["beside"]:
             remarks.append("beside " + row["beside"])
         if row["confounded_with"]:
