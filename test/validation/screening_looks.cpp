@@ -225,5 +225,20 @@ TEST(ScreeningLooks, NothingIsToBeHadThroughContactBesideTheRightModel) {
   EXPECT_TRUE(candidates.look("hertzian_contact", all.effects(), references, Leaders()).others.empty());
 }
 
+TEST(ScreeningLooks, AtTheNoiseWhatCannotEarnItsPlaceHasOneLookAndIsNotLedNearer) {
+  Beside beside(madeSet(21, "none", 0.0, true, {"chirp_1", "rub_1"}));
+  const auto looked = [&](const char* effect, double squares, double worth) {
+    References references = beside.references;
+    references.free.fit.squares *= squares;
+    references.worth = worth;
+    return beside.candidates.look(effect, {}, references, Leaders());
+  };
+  EXPECT_TRUE(looked("foundation_resonance", 1.0, 0.0).others.empty());
+  EXPECT_FALSE(looked("foundation_resonance", 1.1, 0.0).others.empty()) << "where something is off the first order tells less";
+  const Trial left = looked("magnetic_nonlinearity", 1.0, 0.0), led = looked("magnetic_nonlinearity", 1.0, 1000.0);
+  ASSERT_LT(left.evidence, -100.0) << "it begins at the reference, and this shows nothing";
+  EXPECT_LT(led.fit.chi2, left.fit.chi2);
+}
+
 }  // namespace
 }  // namespace amb_rotor
