@@ -30,6 +30,8 @@ constexpr double rough = 100.0;
 /// most, the rise of chi2 at which it ends (windows that end in one hollow or another make 30, a parabola 36 after two steps), and iterations that bring the
 /// other unknowns to where they are best there.
 constexpr double first_stride = 2.0, end_of_walk = 35.0;
+/// Where a walk begins has them, too: the prior holds the rig a little beside where a fit to all runs has it, and windows that are not
+/// fitted there stood 12600 of chi2 above all places.
 constexpr int steps_of_walk = 6, walking_iterations = 5;
 /// Depth of the hollow in which a walk begins from which on deviations are widened by it: finite differences make less.
 constexpr double deep = 10.0;
@@ -230,7 +232,7 @@ Trial Candidates::followed(Trial trial, const QuadraticPrior& prior, int iterati
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size);
   for (int round = 0; round < rounds && trial.fit.finite && !limit_.isUp(); ++round) {
     const Eigen::VectorXd at = trial.nuisance();
-    const Trial here = fit(trial.effects(), &at, trial.local, {Through::contact, 0}, &prior);
+    const Trial here = fit(trial.effects(), &at, trial.local, {Through::contact, walking_iterations}, &prior);
     Trial there = lengthened(here, {Through::contact, contact_iterations, true}, &prior);
     if (!there.fit.finite) break;
     const double drop = here.fit.chi2 - there.fit.chi2;
@@ -301,7 +303,7 @@ Trial Candidates::widenedAlike(Trial trial, const QuadraticPrior& prior) const {
     const Eigen::VectorXd nuisance = at.nuisance();
     return fit(effects, &nuisance, at.local, {Through::contact, iterations}, &prior);
   };
-  const Trial here = fitFrom(found, trial, 0);
+  const Trial here = fitFrom(found, trial, walking_iterations);
   std::vector<Trial> places = {here};
   for (std::size_t from = 0; from < places.size() && places.size() < most_alike && !limit_.isUp(); ++from)
     for (EffectSetting& other : actingAlike(places[from].effects()[place_of], belief_, recordings_)) {
@@ -330,7 +332,7 @@ Trial Candidates::walked(Trial trial, const QuadraticPrior& prior, int iteration
       return fit(at.effects(), &nuisance, at.local, effort, &prior);
     };
     effort.iterations = walking_iterations;
-    const Trial here = fitFrom(trial);  // as the places are: where the prior holds the rig windows end elsewhere than beside all runs
+    const Trial here = fitFrom(trial);
     std::vector<Trial> places = {here};  // that the runs hardly tell from here, in their order along the valley
     double hollow = end_of_walk;  // how much steeper than the parabola the ways out of here begin, as far as that is followed
     for (const double side : {-first_stride, first_stride}) {

@@ -69,6 +69,14 @@ TEST(RoughValleys, WhereTheWaysOutBeginSteepDeviationsGrowByTheRootOfThat) {
   const double wider = spread(begun.candidates.walked(steep, begun.references.prior, 6)) / spread(steep);
   EXPECT_LT(right, 3.0);
   EXPECT_GT(wider, 4.0);
+  // a contact that is a little off where the walk begins, and fitted at all its places
+  Trial beside = steep;
+  const int contact = beside.space->nuisanceNamed("auxiliary_bearing.contact.stiffness_N_per_m");
+  ASSERT_GE(contact, 0);
+  beside.fit.x[contact] += 0.3;
+  const Trial walked = begun.candidates.walked(beside, begun.references.prior, 6);
+  EXPECT_EQ(walked.fit.x, beside.fit.x) << "there is no lower place";
+  EXPECT_GT(spread(walked) / spread(steep), 4.0);
 }
 
 }  // namespace
