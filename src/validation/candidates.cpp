@@ -39,14 +39,21 @@ bool returnToBelief(const FitSpace& space, Eigen::VectorXd& nuisance) {
 
 namespace {
 
+/// Whether it is a number of one of the effects, and runs without contact say nothing of it.
+bool onlyContactShows(const std::string& coordinate, const Settings& effects) {
+  return std::any_of(effects.begin(), effects.end(), [&](const EffectSetting& effect) {
+    const EffectSchema& schema = *effectCatalogue().find(effect.id);
+    if (coordinate.rfind(effect.id + ".", 0) != 0) return false;
+    const int k = schema.indexOf(coordinate.substr(effect.id.size() + 1));
+    return schema.needs_contact || (k >= 0 && schema.parameters[k].needs_contact);
+  });
+}
+
 /// What runs without contact know nothing of.
 std::vector<bool> heldWithoutContact(const FitSpace& space) {
   std::vector<bool> held;
-  for (const auto& coordinate : space.coordinates()) held.push_back(coordinate.name.rfind("auxiliary_bearing.", 0) == 0);
-  for (const auto& effect : space.fitted())
-    if (needsContact(effect.id))
-      for (int k = space.nuisances(); k < space.size(); ++k)
-        if (space.coordinates()[k].name.rfind(effect.id + ".", 0) == 0) held[k] = true;
+  for (const auto& coordinate : space.coordinates())
+    held.push_back(coordinate.name.rfind("auxiliary_bearing.", 0) == 0 || onlyContactShows(coordinate.name, space.fitted()));
   return held;
 }
 
@@ -60,12 +67,7 @@ std::vector<bool> heldThroughContact(const FitSpace& space, const QuadraticPrior
   for (int k = 0; k < n; ++k) h(k, k) += 1.0 / std::pow(space.coordinates()[k].prior_std, 2);
   const Eigen::MatrixXd covariance = Ldlt(h).solveColumns(Eigen::MatrixXd::Identity(n, n));
   for (int k = 0; k < n; ++k) held[k] = std::sqrt(covariance(k, k)) < settled_share * space.coordinates()[k].prior_std;
-  for (const auto& effect : space.fitted()) {
-    if (needsContact(effect.id)) continue;
-    const std::string prefix = effect.id + ".";
-    for (int k = n; k < space.size(); ++k)
-      if (space.coordinates()[k].name.rfind(prefix, 0) == 0) held[k] = true;
-  }
+  for (int k = n; k < space.size(); ++k) held[k] = !onlyContactShows(space.coordinates()[k].name, space.fitted());
   return held;
 }
 

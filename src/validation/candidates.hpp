@@ -214,6 +214,9 @@ class Candidates {
             const FitEffort& effort, const QuadraticPrior* prior = nullptr) const;
   /// Near to the end of a fit through contact, with few unknowns and some of the windows, from where a look ended.
   Trial approach(const Settings& effects, const Trial& start, const QuadraticPrior& prior) const;
+  /// From a fit to the runs without contact, where numbers of its effects show through contact alone (the shapes of a bending mode at the
+  /// auxiliary bearings), a fit through contact that knows all that it does: see candidate_shapes.cpp. Any other as it is.
+  Trial withContactsNumbers(const Trial& free) const;
   /// A fit through the runs without contact with a bending mode among its effects, at the frequency where that does best and with the
   /// unbalance near its belief, or with a crack, of its phase and that half a turn on: see candidate_hills.cpp. Any other as it is.
   Trial onHighestHill(Trial trial, int iterations) const;

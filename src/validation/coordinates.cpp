@@ -42,8 +42,7 @@ void stateOnce(const std::vector<ParameterSchema>& parameters, const Model& beli
   std::size_t place = 0;
   for (std::size_t i = 0; i < parameters.size() && place < beam.size(); ++i) {
     if (parameters[i].role != ParameterRole::factor) continue;
-    const bool counts = parameters[i].name.rfind("shape_aux", 0) != 0;
-    sum += counts ? beam[place] * values[i] : 0.0;
+    if (!parameters[i].needs_contact) sum += beam[place] * values[i];
     ++place;
   }
   for (std::size_t i = 0; i < parameters.size() && sum < 0.0; ++i)

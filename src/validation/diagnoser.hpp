@@ -37,7 +37,7 @@ class Diagnoser {
   bool bornOutWithin(const CandidateErrors& before) const;
   Trial jointly(Settings from, Eigen::VectorXd own, const std::vector<LocalState>& local, Through through, int iterations) const;
   Trial ofLikeliestGain(Trial trial, Through through, int iterations) const;
-  void join(const Settings& from, int iterations);
+  void join(int iterations);
   void joinLate(Diagnosis& out);
   bool staysAstrayThroughContact(const Trial& adopted) const;
   void adopt(const Settings& effects, const Trial& start, Diagnosis& out);

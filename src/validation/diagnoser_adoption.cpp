@@ -131,11 +131,11 @@ Trial Diagnoser::ofLikeliestGain(Trial trial, Through through, int iterations) c
   return trial;
 }
 
-/// The model as it stands with these values of its effects, refitted to all runs.
-void Diagnoser::join(const Settings& from, int iterations) {
+/// The model as it stands, refitted to all runs.
+void Diagnoser::join(int iterations) {
   joined_ = true;
   referred_ = false;
-  joint_ = jointly(from, joint_.nuisance(), joint_.local, Through::all, iterations);
+  joint_ = jointly(joint_.effects(), joint_.nuisance(), joint_.local, Through::all, iterations);
   // while the runs without contact lack something, windows through contact go astray for that
   if (candidates_.judge(joint_, false, Judging::anew).validation_error_free < structured_error)
     joint_ = candidates_.settled(std::move(joint_), iterations);
@@ -166,12 +166,15 @@ void Diagnoser::adopt(const Settings& effects, const Trial& start, Diagnosis& ou
     iterations = joint_iterations_behind_free;
     const bool structure = candidates_.judge(near, false, Judging::anew).validation_error_free > structured_error;
     const bool by_contact = candidates_.haveContact() && std::none_of(from.begin(), from.end(), isThroughContact);
-    stays = by_contact && !structure && staysAstrayThroughContact(near);
+    Trial told = structure ? near : candidates_.withContactsNumbers(near);
+    const bool explains = told.fit.x != near.fit.x && !isAstray(told);
+    stays = by_contact && !structure && !explains && staysAstrayThroughContact(near);
+    if (explains) near = std::move(told);
     joined_ = !by_contact || (!structure && !stays);
   }
   joint_ = std::move(near);
   if (!throughAll()) errors_ = candidates_.judge(joint_, true, joined_ ? Judging::anew : Judging::glance);
-  if (throughAll() || (!joined_ && !stays && !structured())) join(from, iterations);
+  if (throughAll() || (!joined_ && !stays && !structured())) join(iterations);
   if (std::any_of(effects.begin(), effects.end(), isThroughContact)) {
     const Eigen::VectorXd stood = joint_.fit.x;
     joint_ = candidates_.followed(std::move(joint_), references_.prior, joint_iterations, errors_.validation_error_contact);
@@ -194,7 +197,8 @@ void Diagnoser::write(Diagnosis& out) {
 /// Runs with contact that have waited are fitted, too, where nothing came after: their error may be the contact's numbers.
 void Diagnoser::joinLate(Diagnosis& out) {
   if (joined_ || adopted_.empty() || candidates_.limit().isLongUp() || errors_.validation_error_free > structured_error) return;
-  join(adopted_, joint_iterations_behind_free);
+  joint_ = candidates_.withContactsNumbers(joint_);
+  join(joint_iterations_behind_free);
   write(out);
 }
 

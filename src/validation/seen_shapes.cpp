@@ -67,7 +67,49 @@ EffectSetting shaped(EffectSetting mode, const Places& at, const Eigen::Matrix<d
   return mode;
 }
 
+/// The shapes that runs without contact tell of: at the sensors, at the magnetic bearings, at the unbalance.
+constexpr int told = 5, of_a_curve = 3;
+
+/// Values at a place of the curves that a smooth shape is made of.
+Eigen::RowVector3d curvesAt(double z, double length) { return {1.0, z / length, z / length * (z / length)}; }
+
 }  // namespace
+
+std::optional<EffectSetting> smoothMode(const Model& belief, const EffectSetting& mode) {
+  const auto& rig = belief.rig;
+  const EffectSchema& schema = *effectCatalogue().find(mode.id);
+  const Places at = placesOf(schema);
+  const double length = std::fabs(rig.planes.aux[1] - rig.planes.aux[0]);
+  if (rig.unbalance.empty() || !(length > 0.0)) return {};
+  Eigen::Matrix<double, told, of_a_curve> curves;
+  Eigen::Matrix<double, told, 2> sides = Eigen::Matrix<double, told, 2>::Zero();  // what grows as the other falls
+  for (int e = 0; e < 2; ++e) {
+    curves.row(e) = curvesAt(rig.planes.sensor[e], length);
+    curves.row(2 + e) = curvesAt(rig.planes.amb[e], length);
+    sides(e, 0) = mode.values[at.sensor[e]];
+    sides(2 + e, 1) = mode.values[at.amb[e]];
+  }
+  curves.row(4) = curvesAt(rig.unbalance[0].plane_z_m, length);
+  sides(4, 1) = mode.values[at.unbalance];
+  if (!(sides.colwise().norm().minCoeff() > 0.0)) return {};
+  // the least share of the shapes' squares that is off a curve, over the factors of both sides
+  const Ldlt normal(curves.transpose() * curves);
+  const auto onCurve = [&](const Eigen::MatrixXd& of) { return Eigen::MatrixXd(normal.solveColumns(curves.transpose() * of)); };
+  const Eigen::MatrixXd off = sides - curves * onCurve(sides);
+  const Eigen::VectorXd factors = generalizedSymmetricEigen(off.transpose() * off, sides.transpose() * sides).vectors.col(0);
+  if (!factors.allFinite() || !(factors[0] * factors[1] > 0.0)) return {};
+  const double grown = std::sqrt(factors[0] / factors[1]);
+  const Eigen::VectorXd curve = onCurve(sides * Eigen::Vector2d(grown, 1.0 / grown));
+  EffectSetting smooth = mode;
+  const auto set = [&](int i, double shape) { smooth.values[i] = std::clamp(shape, schema.parameters[i].lower, schema.parameters[i].upper); };
+  for (int e = 0; e < 2; ++e) {
+    set(at.sensor[e], grown * mode.values[at.sensor[e]]);
+    set(at.amb[e], mode.values[at.amb[e]] / grown);
+    set(at.aux[e], curvesAt(rig.planes.aux[e], length).dot(curve));
+  }
+  set(at.unbalance, mode.values[at.unbalance] / grown);
+  return smooth;
+}
 
 Eigen::Matrix<double, 2, 3> likeliestProducts(const Eigen::MatrixXd& given, const Eigen::VectorXd& along) {
   Eigen::MatrixXd squares = given;

@@ -7,6 +7,8 @@
 // products a with the residual, freed of the nuisance (amb_rotor/validation/start_screen.hpp), s and p are those that
 // maximise  a'c - c'S c/2,  found by solving for one while the other stands. Sensors and magnets are taken to move about as much;
 // at an auxiliary bearing the mean of its neighbours stands. Left out: that the mode meets the displacement stiffness.
+#include <optional>
+
 #include "candidates.hpp"
 
 namespace amb_rotor {
@@ -16,6 +18,11 @@ Eigen::Matrix<double, 2, 3> likeliestProducts(const Eigen::MatrixXd& squares, co
 
 /// Whether an effect is a bending mode.
 bool hasShapes(const std::string& effect);
+
+/// Runs without contact tell the products of the shapes at the sensors with those at the magnetic bearings and at the unbalance, and little
+/// of how a product is shared. The mode of the same products whose shapes come nearest to one curve a + b z + c z^2 along the shaft, with
+/// those at the auxiliary bearings on it; none where no factor of the same sign does.
+std::optional<EffectSetting> smoothMode(const Model& belief, const EffectSetting& mode);
 
 /// Appends to the starts of a bending mode as many with the shapes seen at their frequencies; other effects' stay as they are.
 void addSeenShapes(const Model& belief, const Eigen::VectorXd& nuisance, const References& references, std::vector<Settings>& starts);

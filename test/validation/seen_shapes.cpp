@@ -47,6 +47,38 @@ TEST(SeenShapes, WhereNoneActsThereIsNone) {
   EXPECT_LT(likeliestProducts(Eigen::MatrixXd::Identity(6, 6), Eigen::VectorXd::Zero(6)).norm(), 1e-12);
 }
 
+/// Shapes on a curve along the shaft, at all planes of a rig.
+EffectSetting modeOnCurve(const Rig<double>& rig) {
+  const auto curve = [](double z) { return -0.6 - 2.0 * z + 90.0 * z * z; };
+  EffectSetting mode = {"shaft_flexibility", {237.0, 0.007}};
+  for (const double* planes : {rig.planes.amb, rig.planes.sensor, rig.planes.aux})
+    for (int end = 0; end < 2; ++end) mode.values.push_back(curve(planes[end]));
+  mode.values.push_back(curve(rig.unbalance[0].plane_z_m));
+  return mode;
+}
+
+TEST(SeenShapes, OfAllSharesOfTheSameProductsThatOnACurveIsFound) {
+  const Model belief = cleanSet().dataset.belief;
+  const EffectSetting mode = modeOnCurve(belief.rig);
+  EffectSetting shared = mode;
+  for (const int i : {2, 3, 8}) shared.values[i] /= 7.0;
+  for (const int i : {4, 5}) shared.values[i] *= 7.0;
+  for (const int i : {6, 7}) shared.values[i] = 0.3;  // runs without contact say nothing of them
+  const auto smooth = smoothMode(belief, shared);
+  ASSERT_TRUE(smooth);
+  for (std::size_t i = 0; i < mode.values.size(); ++i) EXPECT_NEAR(smooth->values[i], mode.values[i], 1e-9) << i;
+}
+
+TEST(SeenShapes, WhereNothingDrivesAModeOrNoUnbalanceIsStatedNoCurveIsAskedFor) {
+  Model belief = cleanSet().dataset.belief;
+  EffectSetting mode = modeOnCurve(belief.rig);
+  for (const int i : {2, 3, 8}) mode.values[i] = 0.0;
+  EXPECT_FALSE(smoothMode(belief, mode));
+  mode = modeOnCurve(belief.rig);
+  belief.rig.unbalance.clear();
+  EXPECT_FALSE(smoothMode(belief, mode));
+}
+
 TEST(SeenShapes, AModeIsStatedWithItsEndsPositive) {
   // both are one machine; where nothing tells the ends (the auxiliary bearings of runs without contact) the middle does
   const std::vector<double> beam = {237.0, 0.007, -0.16, -0.37, 0.45, 0.28, 0.1, 0.09, -1.04};

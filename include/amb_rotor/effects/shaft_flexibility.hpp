@@ -15,10 +15,11 @@ struct ShaftFlexibility {
                    "chirp, step or impact that reaches the bending frequency", {}, false};
     s.parameters = {parameter("frequency_hz", "Hz", 5.0, 1e5, 400.0, std::nan(""), "free-free"),
                     parameter("damping_ratio", "1", 0.0, 1.0, 0.005, std::nan(""), "of critical")};
-    for (const char* plane : {"amb_a", "amb_b", "sensor_a", "sensor_b", "aux_a", "aux_b", "unbalance"})
-      s.parameters.push_back({std::string("shape_") + plane, "1", -20.0, 20.0,
-                              std::string(plane) == "unbalance" ? -0.7 : 0.7, 0.0, ParameterRole::factor,
+    for (const std::string plane : {"amb_a", "amb_b", "sensor_a", "sensor_b", "aux_a", "aux_b", "unbalance"}) {
+      s.parameters.push_back({"shape_" + plane, "1", -20.0, 20.0, plane == "unbalance" ? -0.7 : 0.7, 0.0, ParameterRole::factor,
                               "mode shape there"});
+      s.parameters.back().needs_contact = plane == "aux_a" || plane == "aux_b";
+    }
     return s;
   }
 

@@ -34,6 +34,7 @@ struct ParameterSchema {
   std::string meaning;
   int harmonic = 1;     ///< of a phase: the order of the shaft's angle that it shifts
   std::string replaces = {};  ///< number of the rig in whose place it stands: what holds for that holds for it
+  bool needs_contact = false;  ///< cannot be seen without contact, whatever the effect's others can
 };
 
 struct EffectSchema {
