@@ -37,6 +37,10 @@ std::vector<std::string> sentencesOf(const Diagnosis& d) {
     out.push_back(name + (d.steps.empty() ? " only bends towards what is missing: a law of a few terms leaves less than it does."
                                           : " was adopted on the way and is needless beside the others."));
   const CandidateErrors& last = d.steps.empty() ? d.baseline : d.steps.back().errors;
+  if (showsInFitOnly(d.baseline))
+    out.push_back("On the runs to fit it stands at " + twoPlaces(d.baseline.fit_error) +
+                  (d.steps.empty() ? ": something is missing that those to validate do not show."
+                                   : ", with what was added at " + twoPlaces(last.fit_error) + ": those to validate hardly show it."));
   if (d.baseline.offset_deviations > offsets_worth_a_word)
     out.push_back("For that the sensors' offsets lie " + twoPlaces(d.baseline.offset_deviations) +
                   " of their stated deviations from zero" +

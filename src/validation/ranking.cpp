@@ -13,6 +13,9 @@ constexpr double least_validation_drop = 0.004;
 /// What shows in runs to fit mostly (a current limit that one of them reaches): of what those leave above the noise so much must
 /// go, the square of which is so much of the noise's, and the runs to validate must agree by this share of theirs.
 constexpr double most_of_fit = 2.0 / 3.0, plain_in_fit = 0.02, agreeing_drop = 0.001;
+/// Runs to validate that stand at their floor may excite nothing of what is missing (the only chirp of a rotor that turns is one to fit):
+/// where those to fit are plainly above it, and an effect leaves next to nothing of that, they need not agree.
+constexpr double nearly_all_of_fit = 0.95;
 /// Through contact a second effect must take this share: windows there never all come down to the floor, and an effect that is
 /// missing takes most of what is above it.
 constexpr double least_further_contact_share = 0.4;
@@ -53,6 +56,12 @@ double excessWithoutContact(const CandidateErrors& errors) {
   return error < 0.0 ? 0.0 : std::max(0.0, error * error - 1.0);
 }
 
+bool showsInFitOnly(const CandidateErrors& errors) {
+  const auto isAtFloor = [](double error) { return error < 0.0 || error * error - 1.0 < plain_in_fit; };  // below 0: no such runs
+  return errors.fit_error * errors.fit_error - 1.0 > plain_in_fit && isAtFloor(errors.validation_error_free) &&
+         isAtFloor(errors.validation_error_contact);
+}
+
 bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool first) {
   const auto better = [](double was, double is, double share, double least) {
     if (was < 0.0 || is < 0.0) return false;
@@ -63,6 +72,7 @@ bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool f
   const double fit_drop = before.fit_error * before.fit_error - after.fit_error * after.fit_error;
   const double least = fit_excess > plain_in_fit && fit_drop > most_of_fit * fit_excess ? agreeing_drop : least_validation_drop;
   if (sparesOffsets(before, after)) return true;
+  if (showsInFitOnly(before) && fit_drop > nearly_all_of_fit * fit_excess && isAsNear(before, after)) return true;
   return better(before.validation_error_free, after.validation_error_free, least_excess_share, least) ||
          better(before.validation_error_contact, after.validation_error_contact,
                 first ? least_excess_share : least_further_contact_share, least_validation_drop);

@@ -93,9 +93,9 @@ std::optional<EffectSetting> smoothMode(const Model& belief, const EffectSetting
   sides(4, 1) = mode.values[at.unbalance];
   if (!(sides.colwise().norm().minCoeff() > 0.0)) return {};
   // the least share of the shapes' squares that is off a curve, over the factors of both sides
-  const Ldlt normal(curves.transpose() * curves);
-  const auto onCurve = [&](const Eigen::MatrixXd& of) { return Eigen::MatrixXd(normal.solveColumns(curves.transpose() * of)); };
-  const Eigen::MatrixXd off = sides - curves * onCurve(sides);
+  const auto onCurve = [&](const Eigen::VectorXd& of) { return leastSquares(curves, of); };  // planes may lie together
+  Eigen::MatrixXd off = sides;
+  for (int side = 0; side < 2; ++side) off.col(side) -= curves * onCurve(sides.col(side));
   const Eigen::VectorXd factors = generalizedSymmetricEigen(off.transpose() * off, sides.transpose() * sides).vectors.col(0);
   if (!factors.allFinite() || !(factors[0] * factors[1] > 0.0)) return {};
   const double grown = std::sqrt(factors[0] / factors[1]);

@@ -40,6 +40,13 @@ TEST(RankingTest, WhatShowsInTheRunsToFitMostlyNeedsLittleOfTheOthers) {
   EXPECT_FALSE(bornOut(both(1.0090, 1.0037), both(1.0001, 1.0023), true)) << "little is wrong in the runs to fit";
   EXPECT_FALSE(bornOut(both(1.0256, 1.0037), both(1.0018, 1.0037), true)) << "the runs to validate know nothing of it";
   EXPECT_TRUE(bornOut(both(1.0, 1.0100), both(1.0, 1.0050), true)) << "these alone tell";
+  // of a chirp while it turns there is one, to fit: a current limit that it alone reaches, a gyroscopic coupling
+  EXPECT_TRUE(bornOut(both(1.0105, 1.0012), both(0.9975, 1.0009), true));
+  EXPECT_TRUE(bornOut(both(1.1328, 1.0012), both(1.0010, 1.0011), true));
+  EXPECT_FALSE(bornOut(both(1.1328, 1.0012), both(1.0100, 1.0011), true)) << "it leaves a fourteenth, which a right one does not";
+  EXPECT_FALSE(bornOut(both(1.1328, 1.0012), both(1.0010, 1.0040), true)) << "the runs to validate are left farther off";
+  EXPECT_FALSE(bornOut(both(1.1328, 1.0300), both(1.0010, 1.0300), true)) << "what is off in the runs to validate stays";
+  EXPECT_FALSE(bornOut(both(1.0090, 1.0012), both(0.9970, 1.0012), true)) << "little is off in the runs to fit";
 }
 
 TEST(RankingTest, AForceThatOffsetsInTheLoopStoodForIsBornOut) {

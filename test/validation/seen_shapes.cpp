@@ -69,6 +69,18 @@ TEST(SeenShapes, OfAllSharesOfTheSameProductsThatOnACurveIsFound) {
   for (std::size_t i = 0; i < mode.values.size(); ++i) EXPECT_NEAR(smooth->values[i], mode.values[i], 1e-9) << i;
 }
 
+TEST(SeenShapes, SensorsWithinTheirBearingsAndAnUnbalanceThereTellNoBendAndNothingIsLost) {
+  Model belief = cleanSet().dataset.belief;
+  for (int end = 0; end < 2; ++end) belief.rig.planes.sensor[end] = belief.rig.planes.amb[end];
+  belief.rig.unbalance[0].plane_z_m = belief.rig.planes.amb[1];
+  EffectSetting shared = modeOnCurve(belief.rig);
+  for (const int i : {4, 5}) shared.values[i] *= 7.0;
+  const auto smooth = smoothMode(belief, shared);
+  ASSERT_TRUE(smooth);
+  for (const double value : smooth->values) EXPECT_TRUE(std::isfinite(value));
+  for (int end = 0; end < 2; ++end) EXPECT_NEAR(smooth->values[2 + end], smooth->values[4 + end], 1e-9) << "they are at one place";
+}
+
 TEST(SeenShapes, WhereNothingDrivesAModeOrNoUnbalanceIsStatedNoCurveIsAskedFor) {
   Model belief = cleanSet().dataset.belief;
   EffectSetting mode = modeOnCurve(belief.rig);

@@ -18,9 +18,12 @@ constexpr double least_excess_share = 0.15;
 
 /// Whether the runs to validate have become better by a share of what is above the floor: a wrong effect that bends a little
 /// towards the right one does not do that. Where the runs to fit are plainly above the floor and lose most of that, those to
-/// validate need only agree: it may show in them hardly.
+/// validate need only agree: it may show in them hardly; where the former lose nearly all of it and the latter stand at the floor, it need not.
 /// @param first  no effect was adopted before, and this one is not yet refitted with everything: through contact less will do
 bool bornOut(const CandidateErrors& before, const CandidateErrors& after, bool first);
+
+/// Whether something is missing in the runs to fit that those to validate do not show: these stand at the floor.
+bool showsInFitOnly(const CandidateErrors& errors);
 
 /// Prior standard deviations by which chance hardly takes a nuisance from its belief.
 constexpr double far_by_chance = 5.0;
