@@ -18,7 +18,7 @@ EffectSetting sharedOtherwise(EffectSetting mode, double times) {
 }
 
 TEST(ModeThroughContact, ItsShapesThereAreFoundFromOtherSharesOfTheSameProducts) {
-  const MadeSet& set = madeSet(454, "shaft_flexibility", 0.0, true, {"chirp_1", "chirp_2", "steady_1", "step_1", "rub_1", "drop_1"});
+  const MadeSet& set = madeSet(454, "shaft_flexibility", 0.0, true, {"chirp_1", "steady_1", "rub_1"});
   const EffectSetting truth = set.truth().effects.at(0);
   const Candidates candidates(set.dataset.belief, set.dataset);
   const Eigen::VectorXd own = FitSpace(set.dataset.belief, {}).start();
