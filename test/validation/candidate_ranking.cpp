@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "../../src/validation/diagnosis_words.hpp"
 #include "amb_rotor/validation/fit.hpp"
 
 namespace amb_rotor {
@@ -47,6 +48,26 @@ TEST(RankingTest, WhatShowsInTheRunsToFitMostlyNeedsLittleOfTheOthers) {
   EXPECT_FALSE(bornOut(both(1.1328, 1.0012), both(1.0010, 1.0040), true)) << "the runs to validate are left farther off";
   EXPECT_FALSE(bornOut(both(1.1328, 1.0300), both(1.0010, 1.0300), true)) << "what is off in the runs to validate stays";
   EXPECT_FALSE(bornOut(both(1.0090, 1.0012), both(0.9970, 1.0012), true)) << "little is off in the runs to fit";
+}
+
+TEST(RankingTest, WhatShowsInTheRunsToFitAloneIsToldOfFirst) {
+  Diagnosis diagnosis;
+  diagnosis.baseline = errorsOf(1.0012);
+  diagnosis.baseline.fit_error = 1.1328;
+  const auto told = [&] {
+    for (const std::string& sentence : sentencesOf(diagnosis))
+      if (sentence.rfind("On the runs to fit it stands at 1.13", 0) == 0) return sentence;
+    return std::string();
+  };
+  EXPECT_NE(told().find("those to validate do not show"), std::string::npos);
+  DiagnosisStep step;
+  step.added = "gyroscopic_coupling";
+  step.errors = errorsOf(1.0011);
+  step.errors.fit_error = 1.001;
+  diagnosis.steps = {step};
+  EXPECT_NE(told().find("with what was added at 1.00"), std::string::npos);
+  diagnosis.baseline.validation_error_free = 1.03;
+  EXPECT_EQ(told(), "") << "those to validate show it, too";
 }
 
 TEST(RankingTest, AForceThatOffsetsInTheLoopStoodForIsBornOut) {

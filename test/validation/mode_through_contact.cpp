@@ -18,7 +18,7 @@ EffectSetting sharedOtherwise(EffectSetting mode, double times) {
 }
 
 TEST(ModeThroughContact, ItsShapesThereAreFoundFromOtherSharesOfTheSameProducts) {
-  const MadeSet& set = madeSet(454, "shaft_flexibility", 0.0, true, {"chirp_1", "steady_1", "rub_1"});
+  const MadeSet& set = madeSet(454, "shaft_flexibility", 0.0, true, {"chirp_1", "steady_1", "drop_1"});
   const EffectSetting truth = set.truth().effects.at(0);
   const Candidates candidates(set.dataset.belief, set.dataset);
   const Eigen::VectorXd own = FitSpace(set.dataset.belief, {}).start();
@@ -30,7 +30,26 @@ TEST(ModeThroughContact, ItsShapesThereAreFoundFromOtherSharesOfTheSameProducts)
   EXPECT_FALSE(isAstray(found));
   const EffectSetting at = found.effects().at(0);
   for (const int aux : {6, 7}) EXPECT_NEAR(at.values[aux], truth.values[aux], 0.05 * std::fabs(truth.values[aux]));
-  EXPECT_EQ(candidates.withContactsNumbers(candidates.fit({}, nullptr, local, {Through::free, 2})).effects().size(), 0u);
+  const Trial none = candidates.fit({}, nullptr, local, {Through::free, 2});
+  EXPECT_EQ(candidates.withContactsNumbers(none).fit.x, none.fit.x) << "it has no such numbers";
+}
+
+TEST(ModeThroughContact, OfItsNumbersThoseThatOnlyContactShowsAreFreeThereAndHeldWithout) {
+  const ThroughContact begun{madeSet(454, "shaft_flexibility", 0.0, true, {"chirp_1", "steady_1", "drop_1"})};
+  EffectSetting mode = begun.set.truth().effects.at(0);
+  for (const int aux : {6, 7}) mode.values[aux] *= 0.9;
+  const auto left = [](const Trial& trial) { return trial.effects().at(0).values; };
+  const Trial through = begun.fitted({mode}, {Through::contact, 2}, &begun.references.prior);
+  const Trial without = begun.fitted({mode}, {Through::free, 2, true});
+  ASSERT_TRUE(through.fit.finite && without.fit.finite);
+  for (std::size_t i = 0; i < mode.values.size(); ++i) {
+    const bool aux = i == 6 || i == 7;
+    EXPECT_EQ(std::fabs(left(through)[i] - mode.values[i]) > 1e-6, aux) << i;
+    if (aux) { EXPECT_NEAR(left(without)[i], mode.values[i], 1e-9) << i; }
+  }
+  for (const FittedParameter& p : without.space->effectValues(0, without.fit.x, without.fit.covariance)) {
+    if (p.name.rfind("shape_aux", 0) == 0) { EXPECT_NEAR(p.std, 12.0 / std::sqrt(12.0), 1e-9) << "a shape lies between -6 and 6"; }
+  }
 }
 
 }  // namespace
